@@ -1,4 +1,4 @@
-"""One explorer of the presets for all tests of this room, and others for one test each."""
+"""One explorer of the presets for all tests in this folder, and separate ones for single tests."""
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -18,6 +18,6 @@ def url() -> Iterator[str]:
 
 @pytest.fixture
 def served_with() -> Iterator[Callable[..., Served]]:
-    """Return a function that runs an explorer with other words, until the test ends."""
+    """Return a function that runs an explorer with other arguments until the test ends."""
     with ExitStack() as stack:
         yield lambda *words: stack.enter_context(served(*map(str, words)))

@@ -1,4 +1,4 @@
-"""Whatever the page may ask, of whatever place and with whatever words: an answer, or a refusal in a sentence."""
+"""Every possible request, at any place and with any words, gets an answer or a refusal in a sentence."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ PATHS = ["plan", "command", "point", "lines", "explain", "window"]
 
 
 def drawn(rng):
-    """Return an address and the fields of a request, each field possible by itself or not."""
+    """Return an address and the fields of a request; each field may be valid or not."""
 
     def one(choices):
         return choices[rng.integers(len(choices))]
@@ -52,7 +52,7 @@ def drawn(rng):
 
 @pytest.mark.slow_lane
 def test_every_request_is_answered_or_refused(rng, count):
-    """No other error than a refusal leaves what answers, and the refusals are not most."""
+    """No error other than a refusal occurs, and refusals are not the majority."""
     answers, refused = Answers(None), 0
     for _ in range(count(600, 6000)):
         path, fields = drawn(rng)
@@ -68,7 +68,7 @@ def test_every_request_is_answered_or_refused(rng, count):
 
 
 def test_sliders_reach_the_bodies_that_people_have():
-    """The ends of each slider are possible, and their stretch holds rings, coins, eggs and tablets."""
+    """Both ends of each slider are valid, and the range includes rings, coins, eggs and tablets."""
     met = {"tube": (0.02, 0.6), "thickness": (0.05, 1.0), "fillet": (0.0, 0.4), "offset": (-0.3, 0.3),
            "flattening": (-0.5, 0.5), "axial_moment": (0.3, 0.95), "transverse_moment": (0.2, 0.5)}  # fmt: skip
     assert met.keys() == SLIDERS.keys()

@@ -26,14 +26,14 @@ SPEC = sweep.SweepSpec.preset("rolling", roll_rate="2:4:20", tilt="0.1deg:10deg:
 
 
 def centres(side, count):
-    """Return the values at the centres of pixels."""
+    """Return the values at the centers of pixels."""
     at = side["centre"] + side["half"] * ((2 * np.arange(count) + 1) / count - 1)
     return np.exp(at) if side["scale"] == "log" else at
 
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
-    """Return the file of an integrated atlas."""
+    """Return the path of an integrated atlas."""
     path = tmp_path_factory.mktemp("explorer") / "rolling.nc"
     sweep.run_to_file(SPEC, path)
     return path
@@ -41,7 +41,7 @@ def file(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def losses(tmp_path_factory):
-    """Return the file of an atlas with losses."""
+    """Return the path of an atlas with losses."""
     path = tmp_path_factory.mktemp("losses") / "toy.nc"
     sweep.run_to_file(
         "toy", path, tilt="20deg:60deg:5", precession_rate="5:20:6", duration="5s", criterion="aloft:5s"
@@ -50,7 +50,7 @@ def losses(tmp_path_factory):
 
 
 def test_the_browser_is_given_no_address_that_others_can_read(tmp_path, monkeypatch):
-    """Its argument names a file of this user alone, which leads to the page until the explorer is closed."""
+    """The browser gets a file only this user can read, which leads to the page until the explorer closes."""
     given = queue.Queue()
     monkeypatch.setattr("webbrowser.open", given.put)
     monkeypatch.setattr("tempfile.gettempdir", lambda: str(tmp_path))
@@ -70,7 +70,7 @@ def test_the_browser_is_given_no_address_that_others_can_read(tmp_path, monkeypa
 
 
 def test_stored_cells_are_shown_as_they_are(file):
-    """Each pixel has the value and the verdict of its nearest cell, whether the atlas is a file or a dataset."""
+    """Each pixel has the value and the verdict of its nearest cell, for a file or a dataset."""
     for given in ["file", "dataset", "selection"]:
         with case(given), sweep.open_atlas(file) as atlas:
             chosen = atlas.isel(tilt=slice(2, 9)) if given == "selection" else atlas
@@ -92,7 +92,7 @@ def test_stored_cells_are_shown_as_they_are(file):
 
 
 def test_beyond_the_grid_no_cells_are_stored(file):
-    """Pixels further out than half a cell have none, and are told apart: the page computes them."""
+    """Pixels more than half a cell outside are marked as not stored, and the page computes them."""
     with explore(file) as explorer:
         view = about(explorer.url)["bases"][0]["view"]
         view["y"] = {**view["y"], "centre": 4.0, "half": 2.0}
@@ -106,7 +106,7 @@ def test_beyond_the_grid_no_cells_are_stored(file):
 
 
 def test_other_words_have_no_stored_cells(file):
-    """A view with another parameter or criterion than the file shows computed cells alone."""
+    """A view with another parameter or criterion than the file has only computed cells."""
     for words in [{"alpha": 0.7}, {"criterion": "departure:1deg"}, {"tilt_rate": 0.01}]:
         with case(words), explore(file) as explorer:
             view = {**about(explorer.url)["bases"][0]["view"], "words": words}
@@ -118,7 +118,7 @@ def test_other_words_have_no_stored_cells(file):
 
 
 def test_what_integration_alone_tells_is_stored(file):
-    """The time of a fall is shown of stored cells; a quantity of no cell is refused."""
+    """The time of a fall is shown for stored cells; a quantity that no cell has is refused."""
     with explore(file) as explorer:
         view = about(explorer.url)["bases"][0]["view"]
         asked = {"view": view, "width": 8, "height": 6}
@@ -130,7 +130,7 @@ def test_what_integration_alone_tells_is_stored(file):
 
 
 def test_a_third_axis_is_cut_at_its_nearest_value(tmp_path):
-    """Of an atlas of three axes the plane nearest to the value of the slider is shown."""
+    """For an atlas of three axes, the plane nearest to the slider's value is shown."""
     atlas = sweep.run(SPEC.replace(alpha=[0.5, 0.8, 1.0], method="exact"))
     with explore(atlas) as explorer:
         base = about(explorer.url)["bases"][0]
@@ -145,7 +145,7 @@ def test_a_third_axis_is_cut_at_its_nearest_value(tmp_path):
 
 
 def test_a_point_of_a_file_has_the_numbers_of_its_cell(file):
-    """A point has the numbers that are stored in the nearest cell; outside the grid there are none."""
+    """A point has the stored numbers of the nearest cell, and none outside the grid."""
     with explore(file) as explorer, sweep.open_atlas(file) as atlas:
         view = about(explorer.url)["bases"][0]["view"]
         found = post(explorer.url, "point", view=view, x=0.02, y=2.512)["stored"]
@@ -157,7 +157,7 @@ def test_a_point_of_a_file_has_the_numbers_of_its_cell(file):
 
 
 def test_the_colour_is_that_of_the_numbers_however_the_axis_is_seen():
-    """A pixel has the value of the cell that a point there tells, in every place, and is empty where there is none."""
+    """Everywhere, a pixel has the value of the cell at its point, and is empty if there is none."""
     for spacing, scale in [("log", "linear"), ("linear", "log")]:
         with case(spacing, scale):
             tilt = "1deg:16deg:5:log" if spacing == "log" else "1deg:16deg:5"
@@ -181,7 +181,7 @@ def test_the_colour_is_that_of_the_numbers_however_the_axis_is_seen():
 
 
 def test_an_atlas_with_losses_shows_its_cells_and_refuses_others(losses):
-    """Its cells and their numbers are shown; what would have to be integrated in time is refused in words."""
+    """Stored cells and their numbers are shown; cells that need integration in time are refused."""
     with explore(losses) as explorer, sweep.open_atlas(losses) as atlas:
         held = about(explorer.url)
         assert held["atlas"]["live"] is False
@@ -200,7 +200,7 @@ def test_an_atlas_with_losses_shows_its_cells_and_refuses_others(losses):
 
 
 def test_outside_the_grid_of_an_atlas_with_losses_there_is_nothing(losses):
-    """Where there is no cell a window has neither number nor code, says so of each pixel, and a point has none."""
+    """Outside the grid, a window has neither numbers nor codes and marks each pixel, and a point has no cell."""
     with explore(losses) as explorer:
         view = about(explorer.url)["bases"][0]["view"]
         wide = {**view, "y": {**view["y"], "half": 4.0 * view["y"]["half"]}}
@@ -217,7 +217,7 @@ def test_outside_the_grid_of_an_atlas_with_losses_there_is_nothing(losses):
 
 
 def test_what_is_no_plane_is_refused(tmp_path, file):
-    """A list of starts, an atlas of one axis, and words beside a file are refused in a sentence."""
+    """A list of starts, an atlas of one axis, and words with a file are refused."""
     with refused("list of starts"):
         explore("rolling", samples=10, tilt="uniform:1deg:2deg", roll_rate=3.0)
     with refused("list of starts"):
@@ -236,7 +236,7 @@ def test_what_is_no_plane_is_refused(tmp_path, file):
 
 
 def test_words_are_those_of_the_model_that_is_explored():
-    """Beside a preset of the disk with losses its words are known; one of no model is not."""
+    """Words of the disk with losses are known for its preset; unknown words are refused."""
     with refused("reduction"):
         subject_of_words("toy", ["mass=2kg"])
     with refused("mas"):
@@ -246,14 +246,14 @@ def test_words_are_those_of_the_model_that_is_explored():
     assert subject_of_words("rolling", ["alpha=1"]).spec.alpha == 1.0
     assert subject_of_words("alpha=1", ["gravity=1.6"]).spec.gravity == 1.6
     assert subject_of_words(None, []).spec is None
-    # longer than the name of a file can be
+    # longer than a file name can be
     with pytest.raises(RequestError, match="alpha"):
         subject_of_words(f"alpha={'a' * 300}", [])
 
 
 @pytest.mark.parametrize("name", ["alpha=1 +5%.nc", "größe & 盤 #1.nc", "a='b'\";<i>.nc"])
 def test_the_file_of_an_atlas_may_have_any_name(tmp_path, file, name):
-    """Signs that mean something in words, addresses or HTML mean nothing in the name of a file."""
+    """Special characters of words, addresses and HTML have no meaning in a file name."""
     path = tmp_path / name
     path.write_bytes(file.read_bytes())
     with Explorer(subject_of_words(str(path), [])) as explorer:
@@ -261,7 +261,7 @@ def test_the_file_of_an_atlas_may_have_any_name(tmp_path, file, name):
 
 
 def test_the_accessor_opens_the_explorer_of_its_atlas(file):
-    """`atlas.eulerdisk.explore()` serves the atlas; a notebook shows it in a frame of this machine."""
+    """`atlas.eulerdisk.explore()` serves the atlas; a notebook shows it in a local frame."""
     with sweep.open_atlas(file) as atlas, atlas.eulerdisk.explore() as explorer:
         assert about(explorer.url)["atlas"]["label"] == "rolling.nc"
         (source,) = re.findall(r'<iframe src="([^"]+)"', explorer._repr_html_())
@@ -271,7 +271,7 @@ def test_the_accessor_opens_the_explorer_of_its_atlas(file):
 
 
 def test_a_spec_is_a_base_of_its_own():
-    """A spec with changes is the first base; the presets are there beside it."""
+    """A spec with changes is the first base; the presets are available, too."""
     with explore("spinning", alpha=1.0, criterion="amplification:5") as explorer:
         held = about(explorer.url)
         assert [each["name"] for each in held["bases"]] == ["", "rolling", "circling", "spinning"]
@@ -282,7 +282,7 @@ def test_a_spec_is_a_base_of_its_own():
 
 @pytest.fixture(scope="module")
 def log_losses(tmp_path_factory):
-    """Return the file of an atlas with losses whose axes are logarithmic."""
+    """Return the path of an atlas with losses and logarithmic axes."""
     path = tmp_path_factory.mktemp("log") / "toy.nc"
     axes = {"tilt": "5deg:60deg:3:log", "precession_rate": "5:20:3:log"}
     sweep.run_to_file("toy", path, **axes, duration="1s", criterion="aloft:1s", progress=False)
@@ -290,7 +290,7 @@ def log_losses(tmp_path_factory):
 
 
 def test_the_words_of_a_cell_end_where_its_colour_ends(log_losses):
-    """In the outer half cells of logarithmic axes a point is explained just where it has a stored cell."""
+    """In the outer half cells of logarithmic axes, a point is explained exactly if it has a stored cell."""
     with explore(log_losses) as explorer:
         view = about(explorer.url)["bases"][0]["view"]
         middle = math.sqrt(5.0 * 20.0)
@@ -311,7 +311,7 @@ def test_the_words_of_a_cell_end_where_its_colour_ends(log_losses):
 
 
 def test_cells_are_shown_while_one_is_explained(losses, monkeypatch):
-    """The file is held while it is read, and no longer: neither windows nor points wait for words."""
+    """The file is locked only while it is read, so windows and points do not wait for an explanation."""
     begun, ended = threading.Event(), threading.Event()
 
     def endless(dataset, at):
@@ -336,7 +336,7 @@ def test_cells_are_shown_while_one_is_explained(losses, monkeypatch):
 
 
 def test_the_page_has_the_axes_of_a_figure():
-    """What goes up and what goes across in a map is the same on the page and in print."""
+    """A map has the same horizontal and vertical axes on the page and in print."""
     tilt, rate = "1deg:4deg:4", "2:4:5"
     for words in [
         {"tilt": tilt, "roll_rate": rate},
@@ -352,7 +352,7 @@ def test_the_page_has_the_axes_of_a_figure():
             assert (view["x"]["name"], view["y"]["name"]) == (drawn.x.quantity.name, drawn.y.quantity.name)
 
 
-#: Files of systems without any range: of five words, and of two states alone.
+#: Files of systems without ranges: one with five words, one with only two states.
 SYSTEM_FILES = {
     "five.py": "@system(duration=2)\ndef five(x=1.0, y=0.5, *, k=1.0, q=0.1, g=0.1):\n    return y, -k*x - q*y + g\n",
     "two.py": "@system(duration=2)\ndef two(x=1.0, y=0.5):\n    return y, -x\n",
@@ -362,7 +362,7 @@ SYSTEM_FILES = {
 @pytest.mark.slow_lane
 @pytest.mark.parametrize("given", ["kapitza", *SYSTEM_FILES])
 def test_every_question_about_a_system_is_answered(tmp_path, monkeypatch, command, given):
-    """Presets and files without ranges are shown in two parameters; a command makes the cells of a window."""
+    """Presets and files without ranges are shown in two parameters; a command computes the window's cells."""
     monkeypatch.chdir(tmp_path)
     if given in SYSTEM_FILES:
         text = f"from sweep.systems import system\n\n\n{SYSTEM_FILES[given]}"
@@ -393,7 +393,7 @@ def test_every_question_about_a_system_is_answered(tmp_path, monkeypatch, comman
 
 
 def test_losses_beside_the_motion_of_a_ball_are_refused():
-    """What explains a motion and what copies its command say that the ball has none."""
+    """Explanation and command for a ball with losses are refused, because it has none."""
     with explore("egg") as explorer:
         view = about(explorer.url)["bases"][0]["view"]
         place = {"view": view, "x": view["x"]["centre"], "y": view["y"]["centre"]}
@@ -412,7 +412,7 @@ def test_losses_beside_the_motion_of_a_ball_are_refused():
     ],
 )
 def test_every_question_about_a_body_is_answered(tmp_path, monkeypatch, command, given):
-    """A page has the lengths of its body alone; a command makes the cells of a window."""
+    """A page has only its own body's lengths; a command computes the window's cells."""
     monkeypatch.chdir(tmp_path)
     with explore(given) as explorer:
         held = about(explorer.url)
@@ -445,7 +445,7 @@ def test_every_question_about_a_body_is_answered(tmp_path, monkeypatch, command,
 
 @pytest.mark.release
 def test_an_atlas_of_a_body_with_losses_is_shown(tmp_path, monkeypatch, command):
-    """Its cells are stored ones, its motions have the losses of the cells; the command of one makes it."""
+    """Cells are stored, motions have the cells' losses, and a command reproduces a motion."""
     monkeypatch.chdir(tmp_path)
     words = {"tube": "20mm", "contour_friction": 5e-5, "tilt": "10deg,20deg", "roll_rate": "1,2,3"}
     atlas = sweep.run("torus", **words, duration="1s", progress=False)
@@ -474,7 +474,7 @@ def test_an_atlas_of_a_body_with_losses_is_shown(tmp_path, monkeypatch, command)
 
 
 def test_paths_and_any_length_can_be_shown():
-    """The map of a request for paths has their columns, of a disk and of a body; any length can be an axis."""
+    """A request for paths has their columns, for disks and bodies; any length can be an axis."""
     words = {
         "body": "torus",
         "tube": "0.1:0.3:3",
@@ -502,7 +502,7 @@ def test_paths_and_any_length_can_be_shown():
 
 
 def test_a_system_without_a_plane_is_refused(tmp_path):
-    """One state and no parameter are no plane."""
+    """A system with one state and no parameter has no plane and is refused."""
     path = tmp_path / "one.py"
     path.write_text(
         "from sweep.systems import system\n\n\n@system(duration=2)\ndef one(x=1.0):\n    return -x\n"

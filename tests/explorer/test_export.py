@@ -22,7 +22,7 @@ SPEC = sweep.SweepSpec.preset("rolling", roll_rate="2:4:20", tilt="0.1deg:10deg:
 
 
 def held_in(path):
-    """Return what a page holds, as JSON."""
+    """Return the JSON content of a page."""
     (text,) = re.findall(
         r'<script type="application/json" id="stored">(.*?)</script>',
         path.read_text(encoding="utf-8"),
@@ -46,7 +46,7 @@ def page(tmp_path_factory):
 
 
 def test_the_page_has_the_cells_of_the_atlas(page):
-    """Every quantity, the verdicts and the coordinates are those of the atlas, at its own resolution."""
+    """Every quantity, the verdicts and the coordinates equal the atlas's, at its own resolution."""
     held, atlas = held_in(page), sweep.run(SPEC).transpose("roll_rate", "tilt")
     stored = held["stored"]
     assert np.array_equal(array(stored["x"]), atlas["tilt"].values)
@@ -71,7 +71,7 @@ def test_the_page_has_the_cells_of_the_atlas(page):
 
 
 def test_an_atlas_that_no_page_computes_keeps_its_measured_boundary(tmp_path):
-    """The lines of a disk with losses have the edges that were measured in the file."""
+    """For a disk with losses, the lines are the edges measured in the file."""
     words = {"roll_rate": "1:6:12", "tilt": "0.1deg:5deg:5", "contour_friction": "20um", "duration": "2s"}
     atlas = sweep.run("rolling", **words)
     export(subject_of(atlas, {}), tmp_path / "page.html")
@@ -86,7 +86,7 @@ def test_an_atlas_that_no_page_computes_keeps_its_measured_boundary(tmp_path):
 
 
 def test_cells_have_the_rates_that_they_compute(tmp_path):
-    """Of circling disks the page has the roll rate of every cell: a motion needs it."""
+    """For circling disks, the page has every cell's roll rate, because a motion needs it."""
     atlas = sweep.run(
         "circling", method="exact", precession_rate="1:4:10", tilt="1deg:20deg:8", progress=False
     )
@@ -98,7 +98,7 @@ def test_cells_have_the_rates_that_they_compute(tmp_path):
 
 
 def test_a_request_is_computed_by_its_page(tmp_path):
-    """The page of a spec holds no cells and is small: the kernels, and how its own model and criterion are computed."""
+    """The page of a spec has no cells, only the kernels and the plan for its model and criterion."""
     words = {"alpha": 0.7, "criterion": "peak_tilt > 3deg and tilt_min < 1deg"}
     export(subject_of("rolling", words), tmp_path / "a.html")
     text = (tmp_path / "a.html").read_text(encoding="utf-8")
@@ -115,7 +115,7 @@ def test_a_request_is_computed_by_its_page(tmp_path):
 
 
 def test_the_page_needs_nothing_else(page):
-    """No address in it leads anywhere: modules, styles and data stand in the file, and its policy lets nothing in."""
+    """The page contains its modules, styles and data, has no external address, and its policy forbids them."""
     text = page.read_text(encoding="utf-8")
     assert re.findall(r'(?:src|href)="(?!data:)([^"]*)"', text) == []
     (policy,) = re.findall(r'http-equiv="Content-Security-Policy" content="([^"]*)"', text)
@@ -126,21 +126,21 @@ def test_the_page_needs_nothing_else(page):
     folder = CHECKOUT / "sweep" / "explorer" / "page"
     sources = {base64.b64decode(each.partition("base64,")[2]) for each in modules.values()}
     assert {path.read_bytes() for path in folder.rglob("*.js")} == sources
-    # a module at an address that holds its content finds others by name alone
+    # modules with a data address can import others only by name
     for source in sources:
         for name in re.findall(rb'^(?:import|export)\b[^;]*?from\s*"([^"]+)"', source, re.MULTILINE):
             assert name.decode() in modules
 
 
 def test_words_of_an_atlas_cannot_end_the_script(tmp_path):
-    """A title with a tag in it stays a text."""
+    """A title with a tag in it stays text."""
     export(subject_of(SPEC.replace(title="</script><script>alert(1)</script>"), {}), tmp_path / "a.html")
     assert held_in(tmp_path / "a.html")["about"]["bases"][0]["label"].startswith("</script>")
     assert "<script>alert" not in (tmp_path / "a.html").read_text(encoding="utf-8")
 
 
 def test_what_cannot_be_exported_is_refused_and_touches_nothing(tmp_path):
-    """Another ending, a file that exists, no folder, one axis and too many cells are refused in words."""
+    """Another ending, an existing file, a missing folder, one axis and too many cells are refused."""
     subject = Subject(SPEC)
     path = tmp_path / "a.html"
     with refused("HTML"):
@@ -164,7 +164,7 @@ def test_what_cannot_be_exported_is_refused_and_touches_nothing(tmp_path):
 
 
 def test_the_command_writes_a_page(tmp_path):
-    """`eulerdisk explore SPEC WORDS --export page.html` writes it with the rights of any file, and ends with 0."""
+    """`eulerdisk explore SPEC WORDS --export page.html` writes it with normal permissions and exits with 0."""
     words = ["explore", "rolling", "alpha=1", "roll_rate=2:3:8", "tilt=1deg:5deg:6", "--export", "p.html"]
     done = subprocess.run(
         [sys.executable, "-m", "sweep", *words], cwd=tmp_path, capture_output=True, text=True, check=False
@@ -201,7 +201,7 @@ sys.exit(main())
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
 def test_an_interrupted_export_says_that_nothing_was_written(tmp_path):
-    """Ctrl-C ends the command with a sentence and the status of the signal; no file appears, and none is left."""
+    """Ctrl-C ends the command with a message and the signal's status, and no file is left."""
     done = subprocess.run(
         [sys.executable, "-c", INTERRUPTED], cwd=tmp_path, capture_output=True, text=True, check=False
     )

@@ -1,4 +1,4 @@
-"""The exported page computes in Firefox too, in a frame of another page on a plain static host."""
+"""The exported page also works in Firefox, in a frame of another page on a static host."""
 
 import http.server
 import os
@@ -19,15 +19,15 @@ pytestmark = pytest.mark.release
 
 FIREFOX = next(filter(None, map(shutil.which, ("firefox-esr", "firefox"))), None)
 
-#: A page with an explorer, and with a picture that comes late: then Firefox takes its own picture of the page.
+#: A page with an explorer and a late image, because Firefox takes its screenshot after all images.
 AROUND = '<iframe src="page.html#base=" style="width: 1200px; height: 800px; border: 0"></iframe><img src="late.png">'
 
-#: Seconds that the picture takes: enough to compute a window on a busy machine.
+#: Delay of the image [s], enough to compute a window on a busy machine.
 LATE = 12.0
 
 
 class Host(http.server.SimpleHTTPRequestHandler):
-    """A static host, one of whose pictures takes long."""
+    """A static host with one slow image."""
 
     def do_GET(self):
         """Send a file."""
@@ -36,12 +36,12 @@ class Host(http.server.SimpleHTTPRequestHandler):
         super().do_GET()
 
     def log_message(self, *_):
-        """Say nothing."""
+        """Log nothing."""
 
 
 @pytest.mark.skipif(FIREFOX is None, reason="no Firefox is installed")
 def test_the_page_computes_in_firefox(tmp_path):
-    """Its map is there, in its colours: dark where disks lean far out, bright where they stay upright."""
+    """The map has its colors: dark where disks tilt far, bright where they stay upright."""
     export(subject_of("rolling", {}), tmp_path / "page.html")
     (tmp_path / "around.html").write_text(AROUND)
     shot = tmp_path / "shot.png"
@@ -56,7 +56,7 @@ def test_the_page_computes_in_firefox(tmp_path):
         server.shutdown()
     pixels = np.asarray(Image.open(shot).convert("RGB")).astype(int)
     colour = pixels.max(axis=2) - pixels.min(axis=2)
-    # more than a fifth of the page is coloured: a map without cells is hatched in grey
+    # more than a fifth of the page is colored; a map without cells has gray hatching
     assert (colour > 40).mean() > 0.15
     coloured = pixels[colour > 40]
     bright, dark = coloured.sum(axis=1) > 450, coloured.sum(axis=1) < 260

@@ -11,19 +11,19 @@ from sweep.explorer.view import View
 
 
 def view_of(url, base):
-    """Return the first view of a preset."""
+    """Return the initial view of a preset."""
     bases = json.loads(ask(url, "about").body)["bases"]
     return next(each["view"] for each in bases if each["name"] == base)
 
 
 def lines(url, view):
-    """Return the polylines of every line by its name, each an array of shape (2, n)."""
+    """Return the polylines of every line by name, each an array of shape (2, n)."""
     found = post(url, "lines", view=view)["lines"]
     return {line["name"]: [np.array(points).T for points in line["points"]] for line in found}
 
 
 def test_the_analytic_line_is_that_of_theory(url):
-    """The line of a vanishing perturbation lies at the critical rate of the upright disk, at every tilt."""
+    """The line of a vanishing perturbation is at the critical rate of the upright disk, for every tilt."""
     for base, square in [("rolling", 9.81 / (3 * 0.5)), ("spinning", 4 * 9.81 / (5 * 0.5))]:
         with case(base, square):
             (found,) = lines(url, view_of(url, base))["analytic"]
@@ -34,7 +34,7 @@ def test_the_analytic_line_is_that_of_theory(url):
 
 @pytest.mark.slow_lane
 def test_the_measured_line_parts_stable_from_unstable(url):
-    """Exact cells a little to each side of the measured line have unlike verdicts, along the whole of it."""
+    """Exact cells slightly on either side of the measured line have different verdicts, all along it."""
     for base in ["rolling", "spinning", "circling"]:
         with case(base):
             view = view_of(url, base)
@@ -42,7 +42,7 @@ def test_the_measured_line_parts_stable_from_unstable(url):
             assert found.shape[1] > 80
             x, y = (view[name] for name in "xy")
             chosen = found[:, 3:-3:7]
-            # a thousandth of the window along each side, and both ways
+            # a thousandth of the window along each side, in both directions
             steps = [
                 np.diff(view_ends(side))[0] / 1000 if side["scale"] == "linear" else 0.0 for side in (x, y)
             ]
@@ -64,7 +64,7 @@ def view_ends(side):
 
 
 def test_the_measured_line_is_the_boundary_of_an_atlas(url):
-    """The line agrees with the refined boundary that an atlas stores, to a pixel of a screen of 4096."""
+    """The line agrees with an atlas's refined boundary to a pixel of a screen of 4096."""
     view = {**ROLLING, "x": side("roll_rate", 2.7, 0.3), "y": side("tilt", 0.02, 0.015)}
     (found,) = lines(url, view)["measured"]
     atlas = sweep.run(
@@ -80,7 +80,7 @@ def test_the_measured_line_is_the_boundary_of_an_atlas(url):
 
 
 def test_the_predicted_line_follows_the_criterion(url):
-    """The line of the criterion is that of an atlas judged by it; a criterion that theory does not know has none."""
+    """The predicted line equals that of an atlas with the criterion; one without theory has no line."""
     for criterion in ("departure:5deg", "departure:2deg", "amplification:30"):
         view = {**ROLLING, "words": {"criterion": criterion}}
         (found,) = lines(url, view)["predicted"]
@@ -96,7 +96,7 @@ def test_the_predicted_line_follows_the_criterion(url):
 
 
 def test_lines_lie_across_where_the_control_is_upward(url):
-    """With the rate upward and the tilt to the right the same lines come with their sides exchanged."""
+    """With a vertical rate and a horizontal tilt, the lines are the same with axes exchanged."""
     plain = lines(url, ROLLING)
     turned = lines(url, {**ROLLING, "x": ROLLING["y"], "y": ROLLING["x"]})
     assert np.array_equal(turned["analytic"][0], plain["analytic"][0][::-1])
@@ -104,14 +104,14 @@ def test_lines_lie_across_where_the_control_is_upward(url):
 
 
 def test_a_window_on_both_sides_of_zero_has_both_edges(url):
-    """Where the rate changes its sign the band of unstable starts has two analytic edges, one on each side."""
+    """If a rate changes sign, the band of unstable starts has two analytic edges, one on each side."""
     view = {**ROLLING, "x": side("roll_rate", 0.5, 5.0)}
     found = lines(url, view)["analytic"]
     assert sorted(round(line[0][0], 6) for line in found) == [-2.557342, 2.557342]
 
 
 def test_a_window_away_from_the_boundary_has_no_line(url):
-    """Far above the boundary there is nothing to draw, and neither is there where no side is a control parameter."""
+    """Far above the boundary, or without a control axis, there is no line."""
     small = side("tilt", 0.01, 0.005)
     assert lines(url, {**ROLLING, "x": side("roll_rate", 50.0, 1.0), "y": small}) == {}
     view = {**ROLLING, "words": {"roll_rate": 2.7}, "x": side("alpha", 0.6, 0.35)}
@@ -119,12 +119,12 @@ def test_a_window_away_from_the_boundary_has_no_line(url):
 
 
 def test_the_measured_line_is_found_at_every_depth(url):
-    """Zoomed in on it in ten steps to 1e-10 of its place, the line still goes through the window."""
+    """Zooming in ten steps to 1e-10 of its place, the line still crosses the window."""
     x, y = 2.55, 0.002
     for depth in range(-1, -11, -1):
         sides = side("roll_rate", x, x * 10.0**depth), side("tilt", y, y * 10.0**depth)
         view = {**ROLLING, "x": sides[0], "y": sides[1]}
-        # deep down some cells beside it are within their errors of the limit, and interrupt it
+        # at great depth, some cells next to it are within their errors of the limit and interrupt it
         found = max(lines(url, view)["measured"], key=lambda line: line.shape[1])
         x, y = found[:, found.shape[1] // 2]
         assert abs(x - sides[0]["centre"]) <= sides[0]["half"]
@@ -135,7 +135,7 @@ def test_the_measured_line_is_found_at_every_depth(url):
 
 
 def test_the_boundary_of_an_island_is_closed(url):
-    """About a fast disk the stable kicks and tilts are an island: its measured line ends where it begins."""
+    """For a fast disk, the stable kicks and tilts are an island, whose measured line is closed."""
     view = {"base": "rolling", "words": {"roll_rate": 4.0, "criterion": "peak_tilt > 5deg"}}
     view |= {"x": side("tilt_rate", 0.0, 0.8), "y": side("tilt", 0.0, 0.2)}
     (found,) = lines(url, view)["measured"]
@@ -146,7 +146,7 @@ def test_the_boundary_of_an_island_is_closed(url):
 
 
 def test_lines_end_where_starts_end(url):
-    """A window that is wider than the domain of a parameter has its lines, within the domain; one outside has none."""
+    """A window wider than a parameter's domain has lines only inside; one outside has none."""
     (measured,) = [line for line in lines_upward(url, "tilt", 0.0, 100.0) if line["name"] == "measured"]
     tilts = [y for part in measured["points"] for _, y in part]
     assert tilts
@@ -155,12 +155,12 @@ def test_lines_end_where_starts_end(url):
 
 
 def lines_upward(url, *y):
-    """Return the lines of the rolling disk in a window with another side upward."""
+    """Return the lines of the rolling disk in a window with another vertical axis."""
     return post(url, "lines", view={**ROLLING, "y": side(*y)})["lines"]
 
 
 def test_the_ends_of_parameters_are_told(url):
-    """The page learns what each parameter may be: to the last double of an end, and null where there is none."""
+    """The page gets each parameter's domain, to the last double of an end, and null if there is no end."""
     ends = {each["name"]: (each["least"], each["most"]) for each in about(url)["parameters"]}
     upright = np.nextafter(np.pi / 2, 0.0)
     assert ends["tilt"] == (-upright, upright)

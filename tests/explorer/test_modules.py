@@ -1,4 +1,4 @@
-"""The modules of the page: each imports others by the names that the server puts into its import map."""
+"""The page's modules import each other by the names in the server's import map."""
 
 import re
 from pathlib import Path
@@ -19,24 +19,24 @@ OWN = sorted(
 
 
 def imported(name):
-    """Return the names of the modules that one imports, except for those of types alone."""
+    """Return the names of the modules that one imports, except type imports."""
     text = (PAGE / name).read_text(encoding="utf-8")
     code = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
     return set(re.findall(r"""\b(?:from|import)\s*\(?\s*["']([\w@./-]+)["']""", code))
 
 
 def test_modules_import_names_of_the_map():
-    """A module imports others by their names in the map alone: a page that is one file has no folders."""
+    """Modules use only names of the import map, because a single-file page has no folders."""
     for name in OWN:
         with case(name):
             assert imported(name) <= set(MAP)
 
 
 def test_every_module_is_used():
-    """Every module is imported by another one, or is where the page begins."""
+    """Every module is imported by another one or is an entry point."""
     used = set().union(*(imported(name) for name in FILES))
     starts = set(re.findall(r'<script type="module" src="\./page/([^"]+)"', INDEX))
-    # types hold no code; a worker is begun by the addresses of its scripts
+    # type modules have no code; workers are started by the addresses of their scripts
     names = ("kernels", "verdicts", "disk_cells", "path_cells", "system_cells", "worker")
     scripts = {f"eulerdisk/compute/{name}" for name in names}
     others = {"eulerdisk/types", *scripts}
@@ -44,7 +44,7 @@ def test_every_module_is_used():
 
 
 def test_page_has_no_inline_code():
-    """The page's own text holds no script but its import map, and no handler: its policy would not run them."""
+    """The page has no inline script except its import map, and no inline handlers, as its policy requires."""
     scripts = re.findall(r"<script\b([^>]*)>(.*?)</script>", INDEX, re.DOTALL)
     assert all(body == "" for _, body in scripts)
     assert not re.search(r"\son\w+\s*=", INDEX)

@@ -1,4 +1,4 @@
-"""The module that a page of a body or of a system computes with: made once on this machine, and kept."""
+"""The WebAssembly module of a body's or system's page: compiled once on this machine and cached."""
 
 import json
 import time
@@ -15,7 +15,7 @@ from sweep.request.spec import SweepSpec
 
 
 def test_the_module_of_a_page_is_kept(tmp_path, monkeypatch):
-    """It is compiled once for all processes; a file that is not whole is made again."""
+    """It is compiled once for all processes; an incomplete file is replaced."""
     monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
     made = []
     monkeypatch.setattr(
@@ -30,7 +30,7 @@ def test_the_module_of_a_page_is_kept(tmp_path, monkeypatch):
 
 
 def test_a_module_that_is_asked_for_twice_at_once_is_made_once(tmp_path, monkeypatch):
-    """A page asks for its module from several threads: who comes second waits for that of the first."""
+    """If several threads request a page's module, the others wait for the first."""
     monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
     made = []
 
@@ -47,7 +47,7 @@ def test_a_module_that_is_asked_for_twice_at_once_is_made_once(tmp_path, monkeyp
 
 @pytest.mark.parametrize("records", ["no", "yes"])
 def test_bodies_of_the_same_kernels_have_the_same_module(tmp_path, monkeypatch, records):
-    """A page has the entry points of its body, whichever body the module was compiled for."""
+    """A page has its body's entry points, whichever body the module was compiled for."""
     made = []
     monkeypatch.setattr(
         "sweep.explorer.own_module._make_module", lambda *given: made.append(given[-1]) or b"a module"
@@ -64,7 +64,7 @@ def test_bodies_of_the_same_kernels_have_the_same_module(tmp_path, monkeypatch, 
 
 @pytest.mark.parametrize("asked", ["contact", "path"])
 def test_a_module_records_what_its_spec_asks_for(tmp_path, monkeypatch, asked):
-    """Contact forces or where the contact point goes: each alone is not the other."""
+    """Contact forces and paths are recorded separately."""
     made = []
     monkeypatch.setattr(
         "sweep.explorer.own_module._make_module", lambda *given: made.append(given[-1]) or b"a module"
@@ -78,7 +78,7 @@ def test_a_module_records_what_its_spec_asks_for(tmp_path, monkeypatch, asked):
 
 
 def test_a_system_that_cannot_be_compiled_for_a_page_is_refused(tmp_path, monkeypatch):
-    """What went wrong is said in one sentence."""
+    """The refusal explains the error in one sentence."""
     monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
     monkeypatch.setattr("sweep.explorer.own_module._BUILD", "raise ValueError('no such target')")
     with refused("ValueError: no such target"):

@@ -1,4 +1,4 @@
-"""The module that the page computes with is made of the kernels of today, and is the same each time that it is made."""
+"""The page's WebAssembly module contains the current kernels and is reproducible."""
 
 import json
 import subprocess
@@ -12,17 +12,17 @@ SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "build_page_module.py
 
 
 def note_of(content):
-    """Return what the module says of itself: its last section."""
+    """Return the module's note about itself, its last section."""
     return json.loads(content[content.rindex(b'{"entries"') :])
 
 
 def test_it_is_made_of_the_kernels_of_today():
-    """A kernel that was changed is in the module too: else build it again, python scripts/build_page_module.py."""
+    """A changed kernel requires a rebuild with python scripts/build_page_module.py."""
     assert note_of(TARGET.read_bytes())["made_of"]["code"] == sources()["code"]
 
 
 def test_its_note_says_how_it_is_called():
-    """Every entry point is there with its arguments, and those of the kernels have their types."""
+    """Every entry point is listed with its arguments, and those of the kernels with their types."""
     entries = note_of(TARGET.read_bytes())["entries"]
     assert entries["reduce"]["arguments"][4:8] == [
         ["starts", "float64", 2],
@@ -35,7 +35,7 @@ def test_its_note_says_how_it_is_called():
 
 @pytest.mark.release
 def test_it_is_the_same_when_it_is_built_again(tmp_path):
-    """The same bytes, with the versions that it was made with."""
+    """With the recorded versions, a rebuild gives the same bytes."""
     made_of = note_of(TARGET.read_bytes())["made_of"]
     if made_of != sources():
         pytest.skip(f"it was made with numba {made_of['numba']} and llvmlite {made_of['llvmlite']}")

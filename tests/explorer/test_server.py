@@ -1,4 +1,4 @@
-"""What the server of the explorer answers, and what it refuses."""
+"""Answers and refusals of the explorer's server."""
 
 import contextlib
 import json
@@ -25,20 +25,20 @@ CHECKOUT = Path(__file__).resolve().parents[2]
 
 
 def test_the_page_is_sent_with_a_policy_that_lets_nothing_else_in(url):
-    """The page comes with a policy without foreign or inline scripts, and no answer is kept or guessed at."""
+    """The page's policy forbids foreign and inline scripts, and responses are neither cached nor sniffed."""
     page = ask(url)
     assert page.status == 200
     assert page.headers["Content-Type"] == "text/html; charset=utf-8"
     policy = dict(part.strip().split(" ", 1) for part in page.headers["Content-Security-Policy"].split(";"))
     assert policy["default-src"] == "'self'"
-    # the kernels are WebAssembly: nothing else is made a script of
+    # the kernels are WebAssembly; nothing else is evaluated
     assert page.headers["Content-Security-Policy"].replace("'wasm-unsafe-eval'", "").count("unsafe") == 0
     assert "http" not in policy["script-src"]
     assert (page.headers["X-Content-Type-Options"], page.headers["Cache-Control"]) == ("nosniff", "no-store")
 
 
 def test_every_file_of_the_page_is_sent_with_its_type(url):
-    """Every module, style and picture of the package is sent byte for byte; nothing else has an address."""
+    """Every module, style and picture of the package is sent byte for byte; nothing else is served."""
     folder = CHECKOUT / "sweep" / "explorer" / "page"
     kinds = {".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8"}
     kinds |= {".wasm": "application/wasm"}
@@ -52,7 +52,7 @@ def test_every_file_of_the_page_is_sent_with_its_type(url):
 
 
 def test_another_host_or_site_is_refused(url):
-    """A name that leads here and is not this machine's, and pages of other sites, get nothing but a refusal."""
+    """Requests with another host name, or from pages of other sites, are refused."""
     for headers in [
         {"Host": "evil.example"},
         {"Host": "127.0.0.1"},
@@ -74,14 +74,14 @@ def test_another_host_or_site_is_refused(url):
 
 
 def test_a_notebook_may_frame_the_page_and_no_more(url):
-    """A frame or a link of another page opens the page itself; what it asks then is of the same origin."""
+    """A frame or link of another page may open only the page itself; its requests are then same-origin."""
     opened = {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "navigate", "Sec-Fetch-Dest": "iframe"}
     assert ask(url, headers=opened).status == 200
     assert ask(url, "about", headers=opened).status == 403
 
 
 def test_the_token_is_needed(url):
-    """Without the token, with another one or one in another place there is nothing, not even the name of a file."""
+    """Without the right token in the right place, nothing is revealed, not even a file name."""
     place = urlsplit(url)
     base, token = f"http://{place.netloc}", place.path.strip("/")
     assert len(token) == 32
@@ -100,7 +100,7 @@ def test_the_token_is_needed(url):
 
 
 def test_no_path_leads_out_of_the_page(url):
-    """Only the addresses of a fixed list are answered: no path is put together from what is asked."""
+    """Only a fixed list of addresses is answered; no path is built from a request."""
     for path in [
         "page/../server.py",
         "page/../../pyproject.toml",
@@ -126,7 +126,7 @@ def test_no_path_leads_out_of_the_page(url):
 
 
 def test_methods_have_their_addresses(url):
-    """A question is posted, a file is fetched; other methods are none."""
+    """Questions are posted and files are fetched; other methods are refused."""
     assert ask(url, "window").status == 405
     assert ask(url, "about", b"{}").status == 405
     assert ask(url, "nothing", b"{}").status == 404
@@ -135,7 +135,7 @@ def test_methods_have_their_addresses(url):
 
 
 def test_a_malformed_request_is_refused_in_words(url):
-    """What is no request gets status 400 with a sentence, and the server goes on."""
+    """A malformed request gets status 400 with a sentence, and the server continues."""
     for body, said in [
         (b"", "read"),
         (b"{", "read"),
@@ -155,7 +155,7 @@ def test_a_malformed_request_is_refused_in_words(url):
 
 
 def test_an_impossible_request_names_the_field(url):
-    """A value that is not possible gets status 400, with a sentence and the name of the field."""
+    """An invalid value gets status 400 with a sentence and the field's name."""
     for fields, where in [
         (changed(width=0), "width"),
         (changed(width=2.5), "width"),
@@ -184,7 +184,7 @@ def test_an_impossible_request_names_the_field(url):
 
 
 def test_a_body_has_a_length_within_limits(url):
-    """A body of 64 KiB is read; a larger one, one of no stated length or of another type is refused unread."""
+    """A body of 64 KiB is accepted; a larger one, or one without length or of another type, is refused unread."""
     padding = b" " * (64 * 1024 - 2)
     assert ask(url, "window", b"{}" + padding).status == 400
     assert ask(url, "window", b"{} " + padding).status == 413
@@ -209,7 +209,7 @@ def test_a_body_has_a_length_within_limits(url):
     ],
 )  # fmt: skip
 def test_what_is_no_http_leaves_the_server_well(url, text, capfd):
-    """Whatever arrives, the connection ends without a trace of the program, and the next request is answered."""
+    """For any input, the connection ends without a traceback, and the next request is answered."""
     answer = raw(url, text, wait=3.0)
     assert b"Traceback" not in answer
     assert b" 200 " not in answer.partition(b"\r\n")[0]
@@ -218,7 +218,7 @@ def test_what_is_no_http_leaves_the_server_well(url, text, capfd):
 
 
 def test_a_defect_is_one_sentence_to_the_page(url, monkeypatch, capfd):
-    """A defect gets status 500 and one sentence; where it is stands on standard error alone."""
+    """A defect gives status 500 and one sentence; its traceback is only on standard error."""
 
     def broken(*_, **__):
         raise ZeroDivisionError("secret place")
@@ -231,7 +231,7 @@ def test_a_defect_is_one_sentence_to_the_page(url, monkeypatch, capfd):
 
 
 def test_connections_that_say_nothing_hold_no_place_for_long(url, monkeypatch):
-    """With all places taken by silent connections, a request is answered when the first of them is closed."""
+    """If silent connections take all places, a request is answered when the first of them is closed."""
     assert server._Handler.timeout <= 5.0
     monkeypatch.setattr(server._Handler, "timeout", 0.5)
     place = urlsplit(url)
@@ -243,7 +243,7 @@ def test_connections_that_say_nothing_hold_no_place_for_long(url, monkeypatch):
 
 @contextlib.contextmanager
 def dripping(url, count, pause):
-    """Hold so many connections, each of which sends a line of a head that never ends after each pause [s]."""
+    """Hold this many connections, each of which sends a line of an endless head after each pause [s]."""
     place, ended = urlsplit(url), threading.Event()
 
     def drip(connections):
@@ -269,7 +269,7 @@ def dripping(url, count, pause):
 
 
 def test_requests_that_drip_in_hold_no_place_for_long(url, monkeypatch):
-    """A head that comes line by line is given up at the moment at which silence is, and its place is free again."""
+    """A head that arrives line by line has the same deadline as silence, and its place is free again."""
     monkeypatch.setattr(server._Handler, "timeout", 0.6)
     with dripping(url, server.MOST_REQUESTS, 0.2) as connections:
         begun = time.monotonic()
@@ -281,7 +281,7 @@ def test_requests_that_drip_in_hold_no_place_for_long(url, monkeypatch):
 
 
 def test_a_body_that_drips_in_is_given_up(url, monkeypatch):
-    """Head and body have one moment together, however often bytes come."""
+    """Head and body have one common deadline, however often bytes arrive."""
     monkeypatch.setattr(server._Handler, "timeout", 0.6)
     place = urlsplit(url)
     head = f"POST {place.path}window HTTP/1.1\r\nHost: {place.netloc}\r\nContent-Type: application/json\r\n"
@@ -298,7 +298,7 @@ def test_a_body_that_drips_in_is_given_up(url, monkeypatch):
 
 
 def test_a_request_without_room_is_told_so(url, monkeypatch):
-    """Where every place stays taken a request gets status 503 with a sentence, not silence; later it is answered."""
+    """If no place becomes free, a request gets status 503 with a sentence; later one is answered."""
     monkeypatch.setattr(server, "_PATIENCE", 0.2)
     with dripping(url, server.MOST_REQUESTS, 0.5):
         answer = ask(url, "about")
@@ -309,11 +309,11 @@ def test_a_request_without_room_is_told_so(url, monkeypatch):
 
 
 def test_only_this_machine_is_let_in(url):
-    """The server listens at the loopback address alone."""
+    """The server listens only on the loopback address."""
     assert urlsplit(url).hostname == "127.0.0.1"
     place = urlsplit(url)
     addresses = set()
-    # the name of a machine may lead nowhere
+    # the machine's name may not resolve
     with contextlib.suppress(socket.gaierror):
         addresses = {each[4][0] for each in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)}
     for address in addresses:
@@ -323,7 +323,7 @@ def test_only_this_machine_is_let_in(url):
 
 
 def test_a_port_that_is_taken_is_refused():
-    """A port in use is refused in words."""
+    """A port in use is refused with the reason."""
     with explore() as explorer:
         port = urlsplit(explorer.url).port
         with pytest.raises(Exception, match=rf"\b{port}\b.*Address already in use"):
@@ -331,7 +331,7 @@ def test_a_port_that_is_taken_is_refused():
 
 
 def test_a_port_that_is_none_is_refused():
-    """What no port can be is refused with the numbers that one can have."""
+    """An invalid port is refused with the valid numbers."""
     for port in [-1, 65_536, 99_999_999]:
         with case(port):
             with pytest.raises(RequestError) as caught:
@@ -341,7 +341,7 @@ def test_a_port_that_is_none_is_refused():
 
 @pytest.mark.slow_lane
 def test_the_command_prints_the_address_and_ends_with_ctrl_c():
-    """`eulerdisk explore` prints the address of its page on a line of its own, answers, and ends on Ctrl-C with 0."""
+    """`eulerdisk explore` prints the page's address on a separate line, answers, and exits on Ctrl-C with 0."""
     for words in [[], ["rolling", "alpha=1"], ["spinning"]]:
         with case(words):
             command = [sys.executable, "-m", "sweep", "explore", "--no-browser", *words]

@@ -1,4 +1,4 @@
-"""The first window comes without what takes long to load."""
+"""The first window needs no slow imports."""
 
 import os
 import subprocess
@@ -29,10 +29,10 @@ print(*sys.modules)
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_the_first_window_loads_no_heavy_library():
-    """With compiled kernels a window, its lines and a point need numpy and the loader of kernels alone."""
+    """With compiled kernels, a window, its lines and a point need only numpy and the kernel loader."""
     paths = os.pathsep.join(map(str, (CHECKOUT, CHECKOUT / "tests")))
     for _ in range(2):
-        # the first one compiles what is not kept yet
+        # the first run compiles kernels that are not cached
         done = subprocess.run(
             [sys.executable, "-c", FIRST_WINDOW.format(given="'circling', alpha=1.0")],
             env=os.environ | {"PYTHONPATH": paths},

@@ -1,4 +1,4 @@
-"""Stored cells where a view shows them: which cell a pixel has, on every axis and of a plane of any size."""
+"""Stored cells in a view: the cell of each pixel, on every axis and for planes of any size."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def subject():
 
 
 def pixels(subject, x, y, size):
-    """Return the largest tilts that a window shows, and which of its pixels have a cell."""
+    """Return the largest tilts in a window and which of its pixels have a cell."""
     view = View.read({**base_of("", subject.spec)["view"], "x": x, "y": y}, subject.spec)
     shown = subject.stored.quantities()["peak_tilt"]
     value, _, inside = subject.stored.pixels(view, shown, size)
@@ -29,7 +29,7 @@ def pixels(subject, x, y, size):
 
 
 def test_the_border_of_two_cells_lies_in_the_middle_of_their_axis(subject):
-    """Of a logarithmic axis it is the geometric mean, whether the map shows it so or not."""
+    """On a logarithmic axis it is the geometric mean, even if the map shows a linear one."""
     for scale in ["log", "linear"]:
         with case(scale):
             tilts = subject.spec.tilt.array()
@@ -47,7 +47,7 @@ def test_the_border_of_two_cells_lies_in_the_middle_of_their_axis(subject):
 
 
 def test_half_a_cell_beyond_the_last_one_there_is_none(subject):
-    """A pixel farther out than half a cell has no cell; the mask says so."""
+    """A pixel more than half a cell outside has no cell, according to the mask."""
     rates = subject.spec.roll_rate.array()
     width = rates[1] - rates[0]
     x = {"name": "roll_rate", "centre": float(rates[-1]), "half": float(width), "scale": "linear"}
@@ -57,14 +57,14 @@ def test_half_a_cell_beyond_the_last_one_there_is_none(subject):
 
 
 def test_a_large_plane_is_read_thinned_and_exactly_where_one_looks(subject, monkeypatch):
-    """Of a plane with more cells than are kept a pixel has one that is nearer than the cells left out between."""
+    """If a plane has too many cells, a pixel's cell is at most as far away as the skipped ones."""
     whole_x = {"name": "roll_rate", "centre": 3.0, "half": 2.0, "scale": "linear"}
     whole_y = {"name": "tilt", "centre": -5.2, "half": 3.4, "scale": "log"}
     near = {"name": "roll_rate", "centre": 4.0, "half": 0.3, "scale": "linear"}, {**whole_y, "half": 0.4}
     size = (200, 150)
     exact_near = pixels(subject, *near, size)[0]
     monkeypatch.setattr(stored_module, "_MOST_CELLS", 100)
-    # eight columns of forty, and as many rows, fit in: nothing is left out
+    # eight columns of forty, and as many rows, fit: nothing is skipped
     assert np.array_equal(pixels(subject, *near, size)[0], exact_near)
     value, inside, view = pixels(subject, whole_x, whole_y, size)
     cells = subject.stored._dataset["peak_tilt"].transpose("tilt", "roll_rate").values
@@ -79,7 +79,7 @@ def test_a_large_plane_is_read_thinned_and_exactly_where_one_looks(subject, monk
 
 
 def test_cells_are_shown_only_where_a_view_has_all_their_words(subject):
-    """Another criterion, another body or another value has other cells."""
+    """Another criterion, body or value has no stored cells."""
     view = base_of("", subject.spec)["view"]
     shown = subject.stored.quantities()["peak_tilt"]
 

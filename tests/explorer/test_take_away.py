@@ -1,4 +1,4 @@
-"""What a page gives away: words, commands and files, each compared with the command line or `sweep.run`."""
+"""Words, commands and files from the page agree with the command line and `sweep.run`."""
 
 import contextlib
 import json
@@ -52,14 +52,14 @@ def executed(command, folder):
 
 
 def close(view, name, values, count):
-    """Return whether values are those of the pixels, to rounding: a logarithm is taken in another order."""
+    """Return True if values equal those of the pixels, up to the rounding of a logarithm in another order."""
     side = view[name]
     places = side["centre"] + side["half"] * ((2 * np.arange(count) + 1) / count - 1)
     return np.allclose(values, np.exp(places) if side["scale"] == "log" else places, rtol=4e-15, atol=0.0)
 
 
 def cells_of(raw, width, height):
-    """Return the columns of the cells in the middle of the pixels of a window."""
+    """Return the columns of the cells at the centers of a window's pixels."""
     view = View.read(raw, None)
     x, y = np.meshgrid(view.x.values(width), view.y.values(height))
     return compute(view.live, view.starts(x.ravel(), y.ravel()))
@@ -68,7 +68,7 @@ def cells_of(raw, width, height):
 @pytest.mark.slow_lane
 @pytest.mark.parametrize("name", VIEWS)
 def test_the_command_computes_the_cells_of_the_window(url, name, tmp_path):
-    """The command writes an atlas whose cells are the pixels, and the Python makes the same atlas."""
+    """The command writes an atlas whose cells are the pixels, and the Python code makes the same atlas."""
     view = VIEWS[name]
     given = post(url, "command", view=view, width=12, height=9)
     executed(given["command"], tmp_path)
@@ -80,7 +80,7 @@ def test_the_command_computes_the_cells_of_the_window(url, name, tmp_path):
         plane = atlas.transpose(y, x)
         if name != "deep":
             assert np.allclose(cells["peak_tilt"].reshape(9, 12), plane["peak_tilt"].values, rtol=1e-6)
-        # where the criterion decides between neighbours a start that is a unit further decides otherwise
+        # near the criterion's limit, a start that is off by one unit may be decided differently
         assert (cells["stability"].reshape(9, 12) == plane["stability"].values).mean() > 0.95
         held = {}
         exec(given["python"].replace("atlas.eulerdisk.plot()", ""), held)
@@ -90,7 +90,7 @@ def test_the_command_computes_the_cells_of_the_window(url, name, tmp_path):
 @pytest.mark.slow_lane
 @pytest.mark.parametrize("losses", [None, {"rolling_friction": 1e-4}])
 def test_the_command_of_a_point_follows_its_motion(url, losses, tmp_path):
-    """The command simulates the start of the point, for the duration and with the losses of the page."""
+    """The command simulates the point's start with the page's duration and losses."""
     given = post(
         url, "command", view=VIEWS["circling"], width=9, height=9, x=2.0, y=0.2, duration=1.5, losses=losses
     )
@@ -105,14 +105,14 @@ def test_the_command_of_a_point_follows_its_motion(url, losses, tmp_path):
 
 
 def test_a_point_without_a_motion_has_no_command(url):
-    """No roll rate keeps the tilt of a disk that does not turn; a command with an infinite one helps nobody."""
+    """If no roll rate keeps the tilt, the point has no command, because the rate would be infinite."""
     _, error = post_refused(url, "command", view=VIEWS["circling"], width=9, height=9, x=0.0, y=0.2)
     assert_facts(error["error"], "roll_rate")
 
 
 @pytest.mark.slow_lane
 def test_the_command_of_a_point_falls_where_the_page_says(url):
-    """The tilt at which the disk has fallen is that of the page; of a disk with losses it is not a word."""
+    """The fall tilt is the page's; for a disk with losses it is not a word."""
     for losses in [None, {"rolling_friction": 1e-4}]:
         with case(losses):
             view = {**ROLLING, "words": {"fall_tilt": "30deg"}}
@@ -129,7 +129,7 @@ def test_the_command_of_a_point_falls_where_the_page_says(url):
 
 @pytest.mark.slow_lane
 def test_the_command_of_a_toy_lies_flat_where_its_file_says(tmp_path):
-    """The tilt at which a disk with losses is flat is a word of its command, as its losses are."""
+    """The flat tilt and the losses of a disk with losses are words of its command."""
     atlas = sweep.run(
         "toy", tilt="20deg:60deg:3", precession_rate="5:20:3", duration="2s", criterion="aloft:1s",
         flat_tilt="70deg",
@@ -145,7 +145,7 @@ def test_the_command_of_a_toy_lies_flat_where_its_file_says(tmp_path):
 
 
 def test_the_words_of_a_point_are_those_of_explain(url):
-    """A point is explained with its start, its exact numbers, the boundary in its row and the reason of its verdict."""
+    """The explanation has the start, its exact numbers, its row's boundary and the reason for its verdict."""
     found = post(url, "explain", view=ROLLING, x=3.0, y=0.01)["text"]
     cell = sweep.run("rolling", method="exact", roll_rate=[3.0], tilt=[0.01]).squeeze()
     assert_facts(row(found, "cell"), "roll_rate 3 rad s-1", "tilt 0.5729577951 deg")
@@ -161,7 +161,7 @@ def test_the_words_of_a_point_are_those_of_explain(url):
 
 @pytest.mark.parametrize("kind", ["csv", "netcdf"])
 def test_a_window_is_saved_as_a_file(url, kind, tmp_path):
-    """The file is an atlas, or its table, of the cells of the window; its history has the command."""
+    """The file is an atlas, or its table, of the window's cells; its history has the command."""
     answer = ask(url, "data", json.dumps({"view": ROLLING, "width": 8, "height": 6, "format": kind}).encode())
     assert answer.status == 200
     name = {"csv": "window.csv", "netcdf": "window.nc"}[kind]
@@ -180,7 +180,7 @@ def test_a_window_is_saved_as_a_file(url, kind, tmp_path):
 
 
 def test_the_history_of_a_window_is_that_of_the_window(url, tmp_path):
-    """A page that saves a window says which point is chosen, too: the history names the cells and no motion."""
+    """Even if a point is chosen, the history names only the cells and no motion."""
     asked = {"view": ROLLING, "width": 8, "height": 6, "format": "netcdf"}
     beside = {"x": 3.0, "y": 0.01, "duration": 2.0, "losses": {"rolling_friction": 1e-4}}
     found = []
@@ -195,7 +195,7 @@ def test_the_history_of_a_window_is_that_of_the_window(url, tmp_path):
 
 
 def test_a_file_has_a_limit_and_leaves_nothing(url, tmp_path, monkeypatch):
-    """Too many cells are refused with what to do instead; the folder of temporary files stays empty."""
+    """Too many cells are refused with an alternative; the temporary folder stays empty."""
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     status, error = post_refused(url, "data", view=ROLLING, width=2000, height=1000, format="csv")
     assert status == 400
@@ -212,7 +212,7 @@ def test_a_file_has_a_limit_and_leaves_nothing(url, tmp_path, monkeypatch):
 
 
 def test_a_file_is_sent_from_the_disk(url, monkeypatch):
-    """The server holds pieces of a file, not the file: what it writes at once is no longer than one of them."""
+    """The server reads a file in pieces and writes at most one piece at once."""
     written = []
     send = server._Handler._send
 

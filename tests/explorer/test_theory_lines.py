@@ -1,4 +1,4 @@
-"""Lines of theory of the circling disk, whose two edges meet: they are whole, and lie where the closed form says."""
+"""Theory lines of the circling disk, whose two edges meet, are complete and agree with the closed form."""
 
 from itertools import product
 
@@ -21,7 +21,8 @@ GRAVITY, RADIUS = 9.81, 0.5
 def polynomial(tilt, alpha, kick_over_limit):
     """Return A, B, D of A P^2 + B P + D = 0 for the squared precession rate P at the edge.
 
-    The condition that a steady motion oscillates with the square of the frequency (kick/limit)^2, in docs/theory.md.
+    The condition that a steady motion oscillates with the squared frequency (kick/limit)^2, as in
+    docs/theory.md.
     """
     cos, sin = np.cos(tilt), np.sin(tilt)
     a = GRAVITY * sin / ((1 + alpha) * RADIUS * cos)
@@ -37,7 +38,7 @@ def polynomial(tilt, alpha, kick_over_limit):
 
 
 def top(alpha, kick_over_limit=0.0):
-    """Return the tilt and the rate at which both edges meet: there the quadratic has one root."""
+    """Return the tilt and the rate at which both edges meet, where the quadratic has one root."""
 
     def discriminant(tilt):
         squared, linear, constant = polynomial(tilt, alpha, kick_over_limit)
@@ -49,7 +50,7 @@ def top(alpha, kick_over_limit=0.0):
 
 
 def lines(x, y, **words):
-    """Return the polylines of each line of theory in a window of the circling disk, arrays of shape (2, n)."""
+    """Return the polylines of each theory line in a window of the circling disk, arrays of shape (2, n)."""
     view = {"base": "circling", "words": words, "x": x, "y": y}
     found = theory(View.read(view, None))
     return {line["name"]: [np.array(points).T for points in line["points"]] for line in found}
@@ -61,7 +62,7 @@ def places(curve, x, y):
 
 
 def inside(at):
-    """Return which points lie in the window."""
+    """Return which points are in the window."""
     return (np.abs(at) <= 1.0).all(axis=0)
 
 
@@ -72,12 +73,12 @@ def excess(rates, tilts, alpha):
 
 
 def test_the_line_has_no_gap_where_both_edges_meet():
-    """In a window about the top the analytic line is one, goes from border to border, and bends round at the top."""
+    """In a window around the top, the analytic line is a single curve from border to border."""
     depths, each_way = (0.3, 1e-2, 1e-4, 1e-7, 1e-10), (False, True)
     for depth, alpha, turned, level in product(depths, (0.5, 1.0), each_way, each_way):
         with case(depth, alpha, turned, level):
             tilt, rate = top(alpha)
-            # it bends in a window that is so much wider than high, and is level in one that is not
+            # the first window is level at the top; the second is so much wider than high that the line bends
             wide = rate * depth if level else 0.5 * rate * depth**0.5
             x, y = side("precession_rate", rate, wide), side("tilt", tilt, tilt * depth)
             (found,) = lines(*((y, x) if turned else (x, y)), alpha=alpha)["analytic"]
@@ -86,12 +87,12 @@ def test_the_line_has_no_gap_where_both_edges_meet():
             at = places(found, x, y)
             seen = at[:, inside(at)]
             steps = np.abs(np.diff(seen, axis=1)).max(axis=0)
-            # a screen has 1000 pixels from -1 to 1: a few of them from point to point
+            # a screen has 1000 pixels from -1 to 1, so points are a few pixels apart
             assert steps.max() < 0.1
             assert seen[1].max() == pytest.approx(0.0, abs=1e-3 + 2e-15 / depth)
             assert seen[0].min() < -0.9
             assert seen[0].max() > 0.9
-            # every point solves the quadratic: as far from it as a pixel changes it, or as rounding does
+            # every point solves the quadratic within a pixel or rounding
             rates, tilts = found[:, inside(at)]
             off = excess(rates, tilts, alpha)
             slope = np.abs(excess(rates, tilts * (1 + 1e-7), alpha) - off) / 1e-7 / tilts
@@ -105,7 +106,7 @@ def rate_at(level, segment):
 
 
 def test_both_lines_are_whole_in_any_window():
-    """Both lines are closed at their tops, also on the other side of zero, and both edges are there."""
+    """Both lines are closed at their tops, also for negative rates, and both edges exist."""
     for window_x in [(2.505, 2.495), (2.5, 0.7), (0.0, 5.0), (-2.5, 2.4)]:
         with case(window_x):
             x, y = side("precession_rate", *window_x), side("tilt", 0.264, 0.2596)
@@ -119,7 +120,7 @@ def test_both_lines_are_whole_in_any_window():
                 for curve, sign in zip(curves, signs, strict=True):
                     assert curve[1].max() == pytest.approx(tilt, abs=1e-4 * y["half"])
                     assert curve[0][curve[1].argmax()] == pytest.approx(sign * rate, rel=2e-2)
-                    # at a tilt below the top it has the slow and the fast rate
+                    # at a tilt below the top, it has the slow and the fast rate
                     level = 0.8 * tilt
                     squared, linear, constant = polynomial(level, 0.5, over)
                     expected = np.sqrt(np.roots([squared, linear, constant]).real)
@@ -134,7 +135,7 @@ def test_both_lines_are_whole_in_any_window():
 
 
 def test_an_edge_that_runs_along_the_rows_is_met_by_the_columns():
-    """Where a line is nearly upright its points are no farther apart than a tenth of the window, at every depth."""
+    """If a line is almost vertical, its points are at most a tenth of the window apart, at every depth."""
     for base in ["rolling", "spinning"]:
         with case(base):
             first = base_of(base, preset(base))["view"]
@@ -159,7 +160,7 @@ def test_an_edge_that_runs_along_the_rows_is_met_by_the_columns():
 
 @pytest.mark.parametrize("first", [True, False])
 def test_an_edge_that_some_rows_lack_is_drawn_in_the_others(monkeypatch, first):
-    """Theory names no edge where none of the rows that it is asked for at once has one."""
+    """Theory omits an edge that none of the requested rows has; other rows still have it."""
     ordinary = disk_theory.lines
     middle = 0.3
 
@@ -182,7 +183,7 @@ def test_an_edge_that_some_rows_lack_is_drawn_in_the_others(monkeypatch, first):
 
 
 def test_the_line_of_a_system_is_drawn():
-    """Kapitza's pendulum is stable where it is shaken faster than sqrt(2 g l) over the amplitude."""
+    """Kapitza's pendulum is stable if the shaking is faster than sqrt(2 g l) over the amplitude."""
     spec = SweepSpec.preset("kapitza")
     (line,) = all_lines(View.read({"base": "", "words": {}, **sides(spec)}, spec), None)
     rates = [rate for points in line["points"] for _, rate in points]

@@ -1,4 +1,4 @@
-"""The libraries of the page: what is recorded is what is there, and every one is imported by a bare name."""
+"""The page's libraries equal their records, and each is imported by a bare name."""
 
 import hashlib
 import re
@@ -21,14 +21,14 @@ def imported(name: str) -> set[str]:
 
 
 def test_every_file_is_the_recorded_one() -> None:
-    """The folder holds the files of SOURCES.toml, with their hashes, and nothing else."""
+    """The folder contains exactly the files of SOURCES.toml, with their hashes."""
     held = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in VENDOR.iterdir()}
     del held["SOURCES.toml"]
     assert held == FILES
 
 
 def test_every_package_brings_its_licence():
-    """Each package has its licence beside it, of the kind that is recorded."""
+    """Each package has a license file of the recorded kind."""
     for package in PACKAGES:
         with case(package):
             (licence,) = (file["to"] for file in package["files"] if file["to"].endswith(".LICENSE"))
@@ -37,7 +37,7 @@ def test_every_package_brings_its_licence():
 
 
 def test_modules_import_bare_names_of_each_other():
-    """A vendored module imports vendored modules alone, each by a bare name: one file without folders can hold them."""
+    """A vendored module imports only vendored modules by bare names, so one file without folders can contain them."""
     for name in MODULES:
         with case(name):
             known = {module.removesuffix(".js").replace("three.", "three/") for module in MODULES}
@@ -45,7 +45,7 @@ def test_modules_import_bare_names_of_each_other():
 
 
 def test_imports_are_seen() -> None:
-    """The search for imports finds those of a minified module and those of a written one."""
+    """The search finds the imports of minified and of plain modules."""
     assert imported("three.core.js") == set()
     assert imported("three.js") == {"three/core"}
     assert imported("three.orbit_controls.js") == {"three"}

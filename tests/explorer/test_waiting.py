@@ -1,4 +1,4 @@
-"""Who waits for what: requests at once, slow ones, and ones whose client goes away."""
+"""Waiting: simultaneous requests, slow ones, and clients that disconnect."""
 
 import json
 import socket
@@ -28,7 +28,7 @@ ASKED = {
 
 
 def test_a_client_that_goes_away_ends_its_computation(url, monkeypatch):
-    """After a client has closed its connection no further piece of its file is computed."""
+    """After a client has closed its connection, no further piece of its file is computed."""
     pieces = []
     compute = take_away.compute
 
@@ -57,7 +57,7 @@ def test_a_client_that_goes_away_ends_its_computation(url, monkeypatch):
 
 
 def test_closing_ends_all_threads():
-    """After `close` nobody answers, no thread of the explorer is left, and closing once more does no harm."""
+    """After `close`, nothing answers, no thread is left, and closing again is harmless."""
     before = set(threading.enumerate())
     explorer = explore()
     url = explorer.url
@@ -74,7 +74,7 @@ def test_closing_ends_all_threads():
 
 
 def test_an_explanation_that_takes_long_holds_up_no_map(url, monkeypatch):
-    """While a point is explained lines are answered: the kernels are held while they compute, and no longer."""
+    """While a point is explained, lines are answered, because kernels are locked only while they compute."""
     begun, end = threading.Event(), threading.Event()
 
     def endless(*_):
@@ -96,7 +96,7 @@ def test_an_explanation_that_takes_long_holds_up_no_map(url, monkeypatch):
 
 
 def test_requests_at_once_are_all_answered(monkeypatch):
-    """Hundreds of connections that are opened at once are answered, each with the same numbers, and none is reset."""
+    """Hundreds of simultaneous connections are answered with the same numbers, and none is reset."""
     asked = json.dumps({"view": ROLLING}).encode()
     for room in (server_module.MOST_REQUESTS, 2):
         monkeypatch.setattr(server_module, "MOST_REQUESTS", room)
@@ -123,7 +123,7 @@ def test_requests_at_once_are_all_answered(monkeypatch):
 
 
 def test_a_request_waits_for_room(monkeypatch):
-    """While a silent connection has the only room another one waits, and is answered when the first has gone."""
+    """If a silent connection takes the only place, another waits and is answered when the first has gone."""
     monkeypatch.setattr(server_module, "MOST_REQUESTS", 1)
     with explore() as explorer, ThreadPoolExecutor(1) as pool:
         place = urlsplit(explorer.url)
@@ -134,7 +134,7 @@ def test_a_request_waits_for_room(monkeypatch):
 
 
 def test_kernels_of_maps_are_called_in_turns(url, monkeypatch):
-    """A thread that computes cells has the lock of the kernels: they use all processors by themselves."""
+    """A thread that computes cells holds the kernel lock, because kernels use all processors."""
     held = []
 
     def watched(*given, **named):
@@ -152,7 +152,7 @@ def test_kernels_of_maps_are_called_in_turns(url, monkeypatch):
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
-    """Return the file of a small atlas."""
+    """Return the path of a small atlas."""
     path = tmp_path_factory.mktemp("turns") / "rolling.nc"
     sweep.run_to_file(
         "rolling", path, roll_rate="2:4:6", tilt="0.1deg:10deg:5:log", method="exact", progress=False
@@ -161,7 +161,7 @@ def file(tmp_path_factory):
 
 
 def test_a_file_is_read_in_turns_and_not_after_it_is_closed(file):
-    """A window of stored cells waits while somebody else reads; what comes after the end reads nothing."""
+    """A window of stored cells waits for other readers; nothing is read after closing."""
     with explore(file) as explorer, ThreadPoolExecutor(1) as pool:
         stored = explorer._subject.stored
         view = json.loads(ask(explorer.url, "about").body)["bases"][0]["view"]

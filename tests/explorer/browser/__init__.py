@@ -1,1 +1,1 @@
-"""Tests of the explorer's page in a real browser. They are a package, so that one browser serves all of them."""
+"""Tests of the explorer's page in a real browser; they are a package, so that they share one browser."""

@@ -1,15 +1,15 @@
-"""One browser and one server for all tests of the page, which is loaded anew and watched in each test.
+"""One browser and one server for all tests of the page, which each test loads again and watches.
 
-A test fails by itself if its page says anything in the console, throws, or asks for what fails or lies elsewhere:
+A test fails if its page logs anything to the console, throws, or sends a request that fails or leaves the server:
 
     def test_page_shows_its_title(opened):
         page = opened()
         assert "eulerdisk" in page.title()
 
-`opened(fragment="", url=None, **options)` opens the page and waits until its picture is complete; `explorer` is the
-server of the presets (`explorer.url`), `served_with("file.nc")` one with other words. Options are those of a context:
-`viewport={"width": 360, "height": 740}`, `color_scheme="dark"`, `has_touch=True`; `reduced_motion` is "reduce"
-unless another is given, so that motions stand until they are played.
+`opened(fragment="", url=None, **options)` opens the page and waits until its picture is complete. `explorer` is the
+server of the presets (`explorer.url`), and `served_with("file.nc")` one with other arguments. The options are those of
+a context: `viewport={"width": 360, "height": 740}`, `color_scheme="dark"`, `has_touch=True`. By default
+`reduced_motion` is "reduce", so that motions stand until they are played.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, BrowserContext, Page
 
 
-#: Tests that share a tab, which takes a second to begin; the history of a tab has fifty entries.
+#: Tests that share a tab, because opening one takes a second; a tab's history is limited to fifty entries.
 SHARED = 8
 
 
 class Tabs:
-    """Tabs of the browser by the options of their context, each used by one test at a time."""
+    """Tabs of the browser by their context's options, each used by one test at a time."""
 
     def __init__(self, browser: Browser) -> None:
         self.browser = browser
         self.free: dict[str, list[tuple[Page, int]]] = {}
 
     def take(self, options: dict[str, Any]) -> tuple[Page, int]:
-        """Return a tab, as when it was begun, and how many tests have used it."""
+        """Return a tab in its original state and the number of tests that have used it."""
         free = self.free.setdefault(self._key(options), [])
         if not free:
             page = self.browser.new_context(**options).new_page()
@@ -52,7 +52,7 @@ class Tabs:
         return page, used
 
     def give_back(self, options: dict[str, Any], page: Page, used: int) -> None:
-        """Take what a test has done to a tab from it."""
+        """Undo a test's changes to a tab."""
         context: BrowserContext = page.context
         if used + 1 == SHARED:
             context.close()
@@ -79,7 +79,7 @@ def tabs(browser: Browser) -> Tabs:
 
 @pytest.fixture(scope="package")
 def browser() -> Iterator[Browser]:
-    """Run a browser without a window for all tests of the package."""
+    """Run a headless browser for all tests of the package."""
     executable = find_browser()
     missing = []
     if executable is None:
@@ -104,9 +104,9 @@ def explorer() -> Iterator[Served]:
 def opened(
     tabs: Tabs, request: pytest.FixtureRequest, served_with: Callable[..., Served]
 ) -> Iterator[Callable[..., Page]]:
-    """Return a function that opens the page in a tab of its own, and waits until its picture is complete.
+    """Return a function that opens the page in its own tab and waits until its picture is complete.
 
-    Pages load the modules of motions after their first picture: every server ends after the pages that it served.
+    Pages load the modules of motions after their first picture, so servers must outlive their pages.
     """
     del served_with
     watches = []
@@ -115,7 +115,7 @@ def opened(
         def open_page(fragment: str = "", url: str | None = None, **options: Any) -> Page:
             address = url or request.getfixturevalue("explorer").url
             options.setdefault("viewport", {"width": 1280, "height": 800})
-            # a frame of a disk takes 0.1 s without a graphics card: motions stand until they are played
+            # a frame of a disk takes 0.1 s without a graphics card, so motions stand until they are played
             options.setdefault("reduced_motion", "reduce")
             page, used = tabs.take(options)
             stack.callback(tabs.give_back, options, page, used)

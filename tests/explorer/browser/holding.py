@@ -1,6 +1,6 @@
-"""Questions to workers of the page, held back until a test lets them go."""
+"""Hold back questions to the page's workers until a test releases them."""
 
-#: Hold back what is asked of workers, of a kind (piece, cells or call); `letGo()` gives it to them.
+#: Hold back questions of one kind (piece, cells or call) to workers; `letGo()` sends them.
 HOLD = """what => {
     const send = Worker.prototype.postMessage;
     const holds = (message) => message.what === what;
@@ -17,6 +17,6 @@ HOLD = """what => {
 
 
 def wait_for_held(page, count):
-    """Wait until so many questions are held back."""
+    """Wait until this many questions are held back."""
     while page.evaluate("held.length") < count:
         page.wait_for_timeout(50)

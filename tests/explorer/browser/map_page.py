@@ -1,4 +1,4 @@
-"""What tests of the map do with the page: read its address and its picture, and act on it as hands do."""
+"""Helpers for tests of the map: read the page's address and picture, and use the page like a person."""
 
 import json
 import math
@@ -10,16 +10,16 @@ import sweep
 
 random = Random(3)
 
-#: Milliseconds that anything in a page may take. A kernel of losses takes ten seconds, and several times as long beside
-#: other work.
+#: Time limit of any action in a page [ms]. A kernel of losses takes ten seconds, and several times as long on
+#: a busy machine.
 PATIENCE = 120_000
 
 COMPLETE = "#map[data-lane=fine][aria-busy=false]"
 
-#: A window of the rolling disk with both verdicts in it.
+#: A window of the rolling disk that contains both verdicts.
 BOTH = "base=rolling&x=roll_rate,2.7,0.5,linear&y=tilt,-4.5,1.5,log&quantity=stability"
 
-#: Colours of the verdicts undecided, stable and unstable, as the page paints them.
+#: The page's colors of the verdicts undecided, stable and unstable.
 VERDICTS = {(154, 154, 154): 0, (59, 118, 175): 1, (238, 138, 46): 2}
 
 
@@ -29,7 +29,7 @@ def entries(page):
 
 
 def axis(page, which):
-    """Return (name, centre, half, scale) of an axis as the address has it, once it is written."""
+    """Return (name, center, half, scale) of an axis from the address, once it is written."""
     page.wait_for_url(lambda url: "#" in url)
     name, centre, half, scale = entries(page)[which].split(",")
     return name, float(centre), float(half), scale
@@ -43,18 +43,18 @@ def value_at(found, place):
 
 
 def wait_for_picture(page):
-    """Wait until the address and the complete picture are those of what was done last."""
+    """Wait until the address and the complete picture show the last action."""
     page.wait_for_timeout(300)
     page.wait_for_selector(COMPLETE)
 
 
 def wait_for_text(page, selector, text):
-    """Wait until an element contains a text, or what a pattern finds."""
+    """Wait until an element contains a text or matches a pattern."""
     page.locator(selector).filter(has_text=text).wait_for(state="attached")
 
 
 def shown(page):
-    """Return what the picture shows: the view, the quantity, and its size."""
+    """Return the view, the quantity and the size of the picture."""
     return json.loads(page.locator("#map").get_attribute("data-shown"))
 
 
@@ -64,18 +64,18 @@ def plot(page):
 
 
 def point(page, across, up):
-    """Return the pixel of the screen at a place of the picture, from -1 to 1; whole, as browsers tell clicks."""
+    """Return the screen pixel at a place of the picture from -1 to 1, as integers, like browsers report clicks."""
     box = plot(page)
     return round(box["x"] + (across + 1) / 2 * box["width"]), round(box["y"] + (1 - up) / 2 * box["height"])
 
 
 def click(page, across, up):
-    """Click at a place of the picture."""
+    """Click a place of the picture."""
     page.mouse.click(*point(page, across, up))
 
 
 def colours(page, pixels):
-    """Return (red, green, blue) of pixels (column, row from the bottom) of the picture; None where none is painted."""
+    """Return (red, green, blue) of pixels (column, row from the bottom) of the picture, None if unpainted."""
     found = page.evaluate(
         """pixels => {
             const shown = document.querySelector("#map .picture");
@@ -101,13 +101,13 @@ def lines(page, name):
 
 
 def ticks(page, which):
-    """Return the labelled ticks of an axis as (place from -1 to 1, value as people read it, a Decimal)."""
+    """Return the labeled ticks of an axis as (place from -1 to 1, displayed value as a Decimal)."""
     box = plot(page)
     group = page.locator("#map .overlay .axis").nth(0 if which == "x" else 1)
     title = group.locator(".title").text_content()
     offset, power = _scale(title)
     found = []
-    # at once: the axis may be drawn anew between two questions
+    # in one call, because the axis may be redrawn between two
     read = "(all, name) => all.map((each) => [each.getAttribute(name), each.textContent])"
     for at, text in group.locator("text:not(.title)").evaluate_all(read, which):
         at = float(at)
@@ -118,7 +118,7 @@ def ticks(page, which):
 
 
 def _scale(title):
-    """Return the offset and the power of ten that a title names: "roll rate: 2.557342371 + labels x 10^-11 rad/s"."""
+    """Return the offset and the power of ten in a title: "roll rate: 2.557342371 + labels x 10^-11 rad/s"."""
     offset = title.split(": ")[1].split(" + ")[0] if " + labels" in title else "0"
     if "\u00d7" not in title:
         return Decimal(offset), 0
@@ -148,7 +148,7 @@ def random_pixels(width, height, count):
 
 
 def check_verdicts(page, count=12, **words):
-    """Hold the colours of random pixels against the verdicts that a run computes at their starts; return these."""
+    """Check the colors of random pixels against a run's verdicts at their starts, and return these verdicts."""
     width, height = (shown(page)[name] for name in ("width", "height"))
     pixels = random_pixels(width, height, count)
     painted = [VERDICTS[colour] for colour in colours(page, pixels)]

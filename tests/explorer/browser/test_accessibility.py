@@ -1,4 +1,4 @@
-"""The page is usable by everybody: axe-core finds nothing serious, by day and by night, in any state of the page."""
+"""The page is accessible: axe-core finds nothing serious, in light and dark, in any state of the page."""
 
 import os
 from pathlib import Path
@@ -10,7 +10,7 @@ pytestmark = pytest.mark.slow_lane
 
 AXE = Path(__file__).parents[3] / "scripts" / "javascript" / "node_modules" / "axe-core" / "axe.min.js"
 
-#: Rules of WCAG 2.2 up to AA, and what axe-core's authors hold for good practice.
+#: Rules of WCAG 2.2 up to AA, and axe-core's best practices.
 TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]
 
 RUN = "tags => axe.run(document, { runOnly: tags, resultTypes: ['violations', 'incomplete'] })"
@@ -18,7 +18,7 @@ RUN = "tags => axe.run(document, { runOnly: tags, resultTypes: ['violations', 'i
 
 @pytest.fixture(scope="module")
 def axe():
-    """Return the source of axe-core, from the tools that check the page."""
+    """Return the source of axe-core from the tools for checking the page."""
     if not AXE.is_file():
         message = "no axe-core: scripts/javascript/check fetches it"
         pytest.fail(message) if os.environ.get("CI") == "true" else pytest.skip(message)
@@ -26,7 +26,7 @@ def axe():
 
 
 def findings(page, axe):
-    """Return what axe-core finds, with the elements, where its impact is serious or critical."""
+    """Return axe-core's serious and critical findings with their elements."""
     page.evaluate(axe)
     found = page.evaluate(RUN, TAGS)["violations"]
     return [
@@ -38,21 +38,21 @@ def findings(page, axe):
 
 
 def choose(page, across, up):
-    """Click at a place of the map, given as parts of its width and height."""
+    """Click a place of the map, given as shares of its width and height."""
     box = page.locator(MAP).bounding_box()
     page.mouse.click(box["x"] + across * box["width"], box["y"] + (1 - up) * box["height"])
 
 
 @pytest.mark.parametrize("light", ["light", pytest.param("dark", marks=pytest.mark.release)])
 def test_map_has_no_serious_finding(opened, axe, light):
-    """The map with its controls, as it opens."""
+    """The initial map with its controls has no serious finding."""
     page = opened(color_scheme=light)
     assert findings(page, axe) == []
 
 
 @pytest.mark.parametrize("light", [pytest.param("light", marks=pytest.mark.release), "dark"])
 def test_motions_have_no_serious_finding(opened, axe, light):
-    """Two points that are chosen and compared, with their motions."""
+    """Two chosen and compared points with their motions have no serious finding."""
     page = opened(color_scheme=light)
     choose(page, 0.4, 0.5)
     page.wait_for_selector("#motions canvas >> nth=0")
@@ -64,13 +64,13 @@ def test_motions_have_no_serious_finding(opened, axe, light):
 
 
 def test_phone_has_no_serious_finding(opened, axe):
-    """A phone's width, with the targets as small as they get there."""
+    """On the width of a phone, the small touch targets are acceptable."""
     page = opened(viewport={"width": 360, "height": 740})
     assert findings(page, axe) == []
 
 
 def test_finding_would_be_seen(opened, axe):
-    """An element that nobody can read is found: the search does not pass because nothing is searched."""
+    """An unreadable element is found, so the check does not pass because it checks nothing."""
     page = opened()
     page.evaluate("document.body.append(Object.assign(document.createElement('img'), { src: 'data:,' }))")
     assert any("image-alt" in each for each in findings(page, axe))

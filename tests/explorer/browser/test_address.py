@@ -1,4 +1,4 @@
-"""The address of the page holds what a person has set of the map and of the motions, and nothing in it does harm."""
+"""The address of the page contains the settings of the map and the motions, and a bad address does no harm."""
 
 import io
 
@@ -19,7 +19,7 @@ CLOCK = """async () => {
   return [clock.time, clock.playing, clock.speed];
 }"""
 
-#: Of every slider with a field: what stands in the field, and what a screen reader says of the slider.
+#: For each slider with a field: the field's text and the slider's text for screen readers.
 SPOKEN = """() => [...document.querySelectorAll(".slider")]
   .map((slider) => [slider.querySelector(".number input"), slider.querySelector("input[type=range]")])
   .filter(([field, range]) => field && range?.hasAttribute("aria-valuetext"))
@@ -32,12 +32,12 @@ def fragment_of(page):
 
 
 def stage(page):
-    """Return the picture of the first disk, colours from 0 to 255."""
+    """Return the picture of the first disk, colors from 0 to 255."""
     return np.asarray(Image.open(io.BytesIO(page.locator(".stage canvas").first.screenshot())), float)
 
 
 def test_a_slider_is_spoken_as_it_is_read(opened):
-    """A screen reader says the number of the field with its unit: degrees, not the radians of the address."""
+    """A screen reader says the field's number with its unit, in degrees instead of the address's radians."""
     page = opened("base=rolling&x=roll_rate,2.5,0.7,linear&y=alpha,0.6,0.3,linear&with.tilt=0.05")
     wait_for_picture(page)
     spoken = page.evaluate(SPOKEN)
@@ -46,14 +46,14 @@ def test_a_slider_is_spoken_as_it_is_read(opened):
 
 
 def test_address_holds_all(opened):
-    """A page that is opened with the address of another one shows the same, and has the same address."""
+    """A page opened with another page's address shows the same and has the same address."""
     fragment = (
         "base=circling&x=precession_rate,2.5,0.7000000000000001,linear&y=tilt,0.3,0.1,linear&with.alpha=0.8"
         "&with.criterion=amplification:20&quantity=amplification"
         "&a=2.4,0.31&a.loss.contour_friction=0.002&a.camera=0.5,0.9,8&a.open=laws"
         "&b=2.6,0.29&b.open=words&time=1.25&speed=0.2&compare=yes&hide=predicted&range=1,50&theme=dark"
     )
-    # a motion that is given a time stands there, however much the system likes motion
+    # a motion with a time in the address stands there, even if the system allows motion
     page = opened(fragment, reduced_motion="no-preference")
     page.locator(SHOWN).nth(1).wait_for()
     wait_for_picture(page)
@@ -78,7 +78,7 @@ def test_address_holds_all(opened):
 
 @pytest.mark.release
 def test_what_is_set_of_a_motion_is_shared(opened):
-    """Losses, camera, time, speed and open words that hands have set are in the address, and shown by who opens it."""
+    """Losses, camera, time, speed and open explanations set by hand are in the address and shown when it is opened."""
     page = opened(BOTH)
     click(page, 0.3, 0.2)
     page.locator(SHOWN).wait_for()
@@ -100,14 +100,14 @@ def test_what_is_set_of_a_motion_is_shared(opened):
     _, elevation, distance = map(float, held["a.camera"].split(","))
     assert elevation == pytest.approx(np.radians(22 + 6), rel=1e-5)
     assert distance == pytest.approx(0.9 * 5.8, rel=1e-5)
-    # on a screen of the same size it is the same picture except for rounding, and another one than at first
+    # on a screen of the same size it is the same picture up to rounding, and differs from the initial one
     again = opened(fragment_of(page))
     again.locator(SHOWN).wait_for()
     wait_for_picture(again)
     again.wait_for_timeout(600)
     assert np.abs(stage(again) - stage(page)).mean() < 0.5 < 5.0 < np.abs(stage(page) - behind).mean()
     assert fragment_of(again) == fragment_of(page)
-    # what stands in the place of another motion comes with what was set of it
+    # a motion that moves to another place keeps its settings
     again.get_by_role("button", name="Close A").click()
     wait_for_picture(again)
     assert not {"a", "a.open", "a.camera", "a.loss.contour_friction"} & entries(again).keys()
@@ -115,7 +115,7 @@ def test_what_is_set_of_a_motion_is_shared(opened):
 
 @pytest.mark.release
 def test_what_takes_the_place_of_a_motion_brings_what_was_set_of_it(opened):
-    """Without the first motion the second one is the first, with its losses and open parts; a new start begins anew."""
+    """Closing the first motion makes the second the first, with its losses and open parts; a new start has none."""
     page = opened(
         f"{BOTH}&a=2.4,0.02&a.open=words&b=2.6,0.03&b.loss.contour_friction=0.002&b.open=laws&time=1&compare=yes"
     )
@@ -135,7 +135,7 @@ def test_what_takes_the_place_of_a_motion_brings_what_was_set_of_it(opened):
 
 
 def test_addresses_that_others_have_written(opened):
-    """Signs that programs encode, and those they leave, are read as they were meant: "+", ",", ":", ">" and spaces."""
+    """The characters "+", ",", ":", ">" and spaces are read correctly, whether encoded or not."""
     page = opened(
         "x=roll_rate%2C%2B2.5%2C5e-1%2Clinear&y=tilt,-4.5e+0,1.5,log&with.criterion=departure%3A7deg&theme=dark)"
     )
@@ -156,11 +156,11 @@ def test_addresses_that_others_have_written(opened):
 
 
 def test_back_returns_to_what_was_given_up(opened):
-    """Another preset and the whole range give up a window: the browser's way back leads to it, and forth again."""
+    """The back button returns to a window replaced by another preset or the whole range; forward works, too."""
     page = opened(BOTH + "&a=2.4,0.02")
     first = fragment_of(page)
     page.locator("#base").select_option("spinning")
-    # at once: what was before it is in the address though it was not at rest yet
+    # immediately: the previous state is in the history although it was not at rest
     page.locator("#slide-alpha").press("ArrowRight")
     wait_for_picture(page)
     spinning = fragment_of(page)
@@ -177,7 +177,7 @@ def test_back_returns_to_what_was_given_up(opened):
     page.locator("#whole").click()
     wait_for_picture(page)
     assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear")
-    # what is whole already gives up nothing
+    # showing the whole range again replaces nothing
     page.locator("#whole").click()
     wait_for_picture(page)
     page.go_back()
@@ -188,14 +188,14 @@ def test_back_returns_to_what_was_given_up(opened):
 
 @pytest.mark.release
 def test_back_leads_past_a_double_click_to_what_it_gave_up(opened):
-    """The start that the first click chose was not meant: no entry of the history has it, or stands for it alone."""
+    """The start chosen by a double click's first click was not intended, so no history entry contains it."""
     page = opened(f"{BOTH}&a=2.4,0.02")
     first, entries_before = fragment_of(page), page.evaluate("history.length")
     page.mouse.dblclick(*point(page, 0.1, 0.1))
     wait_for_picture(page)
     whole = fragment_of(page)
     assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear")
-    # what is whole already gives up nothing
+    # showing the whole range again replaces nothing
     for across in (-0.5, 0.0, 0.5):
         page.mouse.dblclick(*point(page, across, 0.1))
         wait_for_picture(page)
@@ -207,7 +207,7 @@ def test_back_leads_past_a_double_click_to_what_it_gave_up(opened):
 
 @pytest.mark.release
 def test_a_double_click_beside_the_picture_undoes_no_click_before_it(opened):
-    """Beside the picture nothing is chosen: the start and the words that were set before stay."""
+    """A double click beside the picture chooses nothing; the previously chosen start and words stay."""
     page = opened(BOTH)
     click(page, 0.3, 0.2)
     wait_for_picture(page)
@@ -222,13 +222,13 @@ def test_a_double_click_beside_the_picture_undoes_no_click_before_it(opened):
 
 
 def go_to(page, fragment):
-    """Give an open page another address, and wait for its picture."""
+    """Give an open page another address and wait for its picture."""
     page.evaluate("fragment => { location.hash = fragment }", fragment)
     wait_for_picture(page)
 
 
 def test_address_that_makes_no_sense_shows_the_first_view(opened):
-    """What cannot be read of an address is as at the start; one that no page has written is not read."""
+    """Unreadable parts of an address have their initial values, and an unknown format is ignored."""
     page = opened("x=roll_rate,nan,1,linear")
     wait_for_picture(page)
     assert axis(page, "y") == ("roll_rate", 3.0, 1.0, "linear")
@@ -241,7 +241,7 @@ def test_address_that_makes_no_sense_shows_the_first_view(opened):
 
 @pytest.mark.release
 def test_what_makes_no_sense_of_a_motion_is_not_set(opened):
-    """The motion of a start in the address is shown as it is where a camera, a part or a loss cannot be read."""
+    """If a camera, a part or a loss cannot be read, the motion is shown without it."""
     page = opened(f"{BOTH}&a=2.4,0.02&a.camera=1,2")
     for set_of_it in ("camera=0,0,-1", "loss.nothing=1"):
         go_to(page, f"{BOTH}&a=2.4,0.02&a.{set_of_it}")
@@ -254,8 +254,8 @@ def test_what_makes_no_sense_of_a_motion_is_not_set(opened):
 
 
 def test_losses_that_are_not_possible_are_told_and_left_out(browser, explorer):
-    """Where the losses of an address leave no motion the page says so, and shows the one without them."""
-    # not watched: that the server refuses them is what is meant
+    """If an address's losses leave no motion, the page says so and shows the motion without them."""
+    # not watched, because the server's refusal is intended
     context = browser.new_context(reduced_motion="reduce", viewport={"width": 1280, "height": 800})
     page = context.new_page()
     page.goto(f"{explorer.url}#{BOTH}&a=2.4,0.02&a.loss.air_law=fog&a.loss.friction=-1")

@@ -1,4 +1,4 @@
-"""One language of page and print: the lines of a map look as in figures, and its regions have their names."""
+"""The page uses the style of printed figures: the same lines, and names of regions."""
 
 import pytest
 from matplotlib.colors import to_rgb
@@ -8,10 +8,10 @@ from tests.explorer.browser.map_page import BOTH, VERDICTS, colours, plot, wait_
 
 pytestmark = pytest.mark.slow_lane
 
-#: CSS pixels in a point, the unit of widths in figures.
+#: CSS pixels per point, the unit of widths in figures.
 PIXELS = 96 / 72
 
-#: Colour from 0 to 1, width and dashes [pixels] of a path, as they are drawn.
+#: Color from 0 to 1, width and dashes [pixels] of a path as drawn.
 STYLE = """path => {
   const { stroke, strokeWidth, strokeDasharray } = getComputedStyle(path);
   return [stroke.match(/[\\d.]+/g).slice(0, 3).map((each) => each / 255), parseFloat(strokeWidth),
@@ -20,7 +20,7 @@ STYLE = """path => {
 
 
 def test_lines_look_as_in_figures(opened):
-    """Colours, widths and dashes of the lines are those of figures; what was measured is a row of circles."""
+    """Colors, widths and dashes of the lines equal those of figures; the measured line is a row of circles."""
     page = opened(BOTH.replace("stability", "peak_tilt"))
     page.wait_for_selector("#map .lines:not(.stale) .line.measured", state="attached")
 
@@ -43,7 +43,7 @@ def test_lines_look_as_in_figures(opened):
     assert outer == pytest.approx(PIXELS * (points["markersize"] + points["markeredgewidth"]), rel=0.03)
     assert dashes == [length, apart]
     assert length == 0.0 < 2 * outer < apart
-    # the sample beside a name is what it names
+    # the sample next to a name looks like the line
     for place in ("#map .legend", "#controls label"):
         assert page.locator(place).locator(".line.predicted").first.evaluate(STYLE) == style(
             "line", "predicted"
@@ -59,7 +59,7 @@ def test_lines_look_as_in_figures(opened):
     ],
 )
 def test_regions_are_named_where_they_are(opened, width, hidden):
-    """The words "stable" and "unstable" lie on the map, each with all of its letters in its own region."""
+    """The words "stable" and "unstable" are on the map, completely inside their own regions."""
     page = opened(BOTH + hidden, viewport={"width": width, "height": 800})
     if not hidden:
         page.wait_for_selector("#map .lines:not(.stale) .line.measured", state="attached")

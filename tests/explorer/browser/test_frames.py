@@ -1,4 +1,4 @@
-"""An exported page in a frame of another page, which may be sandboxed and has the policy of the page around it."""
+"""An exported page in a frame of another page, possibly sandboxed, under that page's policy."""
 
 import html
 
@@ -22,7 +22,7 @@ def exported(tmp_path_factory):
 
 @pytest.fixture
 def framed(tabs, tmp_path):
-    """Return a function that opens a page with a frame of these attributes: its tab, the frame and what is watched."""
+    """Return a function that opens a page with a frame with these attributes, and returns tab, frame and watch."""
     options = {"reduced_motion": "reduce", "viewport": {"width": 1280, "height": 860}}
     tab, used = tabs.take(options)
 
@@ -40,19 +40,19 @@ def framed(tabs, tmp_path):
 
 
 def srcdoc(path):
-    """Return the attribute of a frame that holds a page."""
+    """Return the attribute of a frame that contains a page."""
     return f'srcdoc="{html.escape(path.read_text(encoding="utf-8"))}"'
 
 
 @pytest.mark.parametrize("sandbox", ['sandbox="allow-scripts"', ""])
 def test_a_page_works_in_a_frame_without_an_address(framed, exported, sandbox):
-    """It zooms, goes back to all, moves a slider, shows a motion and saves, and no call is refused unseen."""
+    """The page zooms, resets, moves a slider, shows a motion and saves, without hidden errors."""
     tab, frame, watch = framed(f"{sandbox} {srcdoc(exported)}")
     frame.locator(COMPLETE).wait_for()
     box = frame.locator("#map .picture").bounding_box()
     tab.mouse.click(box["x"] + 0.7 * box["width"], box["y"] + 0.6 * box["height"])
     tab.mouse.wheel(0, -400)
-    # the address is written after a rest
+    # the address is written after a pause
     tab.wait_for_timeout(300)
     frame.locator("#whole").click()
     frame.locator("#slide-alpha").fill("900")
@@ -60,7 +60,7 @@ def test_a_page_works_in_a_frame_without_an_address(framed, exported, sandbox):
     tab.wait_for_timeout(300)
     frame.locator(COMPLETE).wait_for()
     frame.locator("#motions .motion.shown:not(.waiting)").first.wait_for()
-    # its address leads nowhere
+    # its address cannot be opened
     assert frame.locator("details.menu summary", has_text="Copy").count() == 0
     frame.locator("details.menu summary", has_text="Save").click()
     frame.get_by_role("button", name="PNG").click()
@@ -69,7 +69,7 @@ def test_a_page_works_in_a_frame_without_an_address(framed, exported, sandbox):
 
 
 def test_a_page_in_a_sandbox_with_an_address_keeps_its_state_there(framed, exported):
-    """Its frame has an address of its own, which holds what is set, or the page goes on without."""
+    """Its frame has its own address with the settings, or the page works without one."""
     tab, frame, watch = framed(f'sandbox="allow-scripts" src="{exported.as_uri()}#theme=dark"')
     frame.locator(COMPLETE).wait_for()
     frame.locator("#slide-alpha").fill("900")
@@ -88,7 +88,7 @@ def test_a_page_in_a_sandbox_with_an_address_keeps_its_state_there(framed, expor
     ],
 )
 def test_a_page_says_what_the_page_around_it_forbids(framed, exported, policy, refused):
-    """Without workers or WebAssembly there is no picture: the notice says why and what to allow, and is not busy."""
+    """Without workers or WebAssembly there is no picture; the notice gives the reason and what to allow."""
     _, frame, _ = framed(srcdoc(exported), policy)
     notice = frame.locator("#notice").filter(has_text="wasm-unsafe-eval")
     notice.wait_for()

@@ -1,4 +1,4 @@
-"""What stands where: the motion that a page opens with, two of them side by side, and one column on a phone."""
+"""The layout: the initial motion, two motions side by side, and one column on a phone."""
 
 import pytest
 from explorer_browser import COMPLETE
@@ -16,7 +16,7 @@ def box(page, selector):
 
 
 def test_the_page_opens_with_a_motion_that_plays(opened):
-    """Without a word in its address the page plays an unstable start, with few digits; so does another base."""
+    """Without an address, the page plays an unstable start with few digits; another base does, too."""
     page = opened(reduced_motion="no-preference")
     page.locator(SHOWN).first.wait_for()
     assert clock(page)["playing"]
@@ -31,7 +31,7 @@ def test_the_page_opens_with_a_motion_that_plays(opened):
     wait_for_picture(page)
     page.locator(SHOWN).first.wait_for()
     assert entries(page)["a"] != first
-    # what an address says is what is shown: no motion where it has none
+    # the address decides: without a motion in it, none is shown
     page.get_by_role("button", name="Close A").dispatch_event("click")
     wait_for_picture(page)
     page.reload()
@@ -45,7 +45,7 @@ def test_the_page_opens_with_a_motion_that_plays(opened):
     [1200, pytest.param(1280, marks=pytest.mark.release), pytest.param(1920, marks=pytest.mark.release)],
 )
 def test_two_motions_stand_beside_each_other_and_last_as_long(opened, width):
-    """From 1200 pixels on A and B are side by side beside the map; both fill the time of the longer one."""
+    """From 1200 pixels on, A and B are side by side next to the map and last as long as the longer one."""
     short, long = "0.002,3.2", "0.001,2.6"
     page = opened(f"base=rolling&a={short}", viewport={"width": width, "height": 800})
     page.locator(SHOWN).first.wait_for()
@@ -74,7 +74,7 @@ def test_two_motions_stand_beside_each_other_and_last_as_long(opened, width):
 
 @pytest.mark.parametrize("width", [360, pytest.param(768, marks=pytest.mark.release)])
 def test_a_tap_leads_to_the_motion_below_the_map(opened, width):
-    """In one column the motion is directly below the map, and a tap scrolls to it; a key does not."""
+    """In one column, the motion is directly below the map; a tap scrolls to it, a key does not."""
     page = opened(BOTH, viewport={"width": width, "height": 800}, has_touch=True)
     page.locator("#map").focus()
     page.keyboard.press("Enter")
@@ -88,7 +88,7 @@ def test_a_tap_leads_to_the_motion_below_the_map(opened, width):
 
 
 def test_a_mouse_beside_a_motion_scrolls_nothing(opened):
-    """Where the motion stands beside the map a click leaves the page where it is."""
+    """If the motion is next to the map, a click does not scroll the page."""
     page = opened(BOTH)
     click(page, 0.3, 0.2)
     page.locator(SHOWN).first.wait_for()
@@ -97,7 +97,7 @@ def test_a_mouse_beside_a_motion_scrolls_nothing(opened):
 
 @pytest.mark.parametrize("place", ["#map .picture", ".stage canvas"])
 def test_a_finger_on_a_picture_scrolls_the_page(opened, place):
-    """One finger that goes up over the map or the disk scrolls the page; window and start stay what they are."""
+    """One finger that moves up over the map or the disk scrolls the page; window and start do not change."""
     page = opened(BOTH + "&a=3.1,0.01", viewport={"width": 360, "height": 740}, has_touch=True)
     page.locator(SHOWN).first.wait_for()
     before = axis(page, "x"), axis(page, "y"), entries(page)["a"]
@@ -122,7 +122,7 @@ def test_a_finger_on_a_picture_scrolls_the_page(opened, place):
 
 
 def test_two_fingers_move_the_map(opened):
-    """Two fingers that go up together move the window of the map, and the page stays where it is."""
+    """Two fingers that move up together move the map's window, and the page does not scroll."""
     page = opened(BOTH, viewport={"width": 360, "height": 740}, has_touch=True)
     before = axis(page, "y")
     x, y = point(page, 0.0, 0.0)

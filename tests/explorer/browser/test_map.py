@@ -1,4 +1,4 @@
-"""The map of the page in a real browser: what it shows, what hands and keys do to it, and what can be taken away."""
+"""The map in a real browser: its picture, its reaction to mouse, touch and keys, and its exports."""
 
 import csv
 import io
@@ -43,13 +43,13 @@ def cell_at(roll_rate, tilt):
 
 
 def test_picture_shows_the_verdicts_of_the_exact_reduction(opened):
-    """Pixels that are chosen by chance have the colours of the verdicts that a run computes at their starts."""
+    """Random pixels have the colors of a run's verdicts at their starts."""
     page = opened(BOTH)
     assert {1, 2} <= set(check_verdicts(page, 40))
 
 
 def test_wheel_zooms_about_the_pointer(opened):
-    """The values at the pointer stay where they are, and the picture is that of the address."""
+    """The values at the pointer stay in place, and the picture belongs to the address."""
     page = opened()
     before = axis(page, "x"), axis(page, "y")
     x, y = point(page, 0.4, -0.3)
@@ -69,7 +69,7 @@ def test_wheel_zooms_about_the_pointer(opened):
 
 
 def test_wheel_over_one_axis_zooms_that_axis(opened):
-    """The wheel below the picture acts on the parameter across alone, left of it on the other one alone."""
+    """The wheel below the picture zooms only the horizontal axis, and left of it only the vertical one."""
     page = opened()
     before = axis(page, "x"), axis(page, "y")
     box = plot(page)
@@ -82,7 +82,7 @@ def test_wheel_over_one_axis_zooms_that_axis(opened):
 
 @pytest.mark.release
 def test_zoom_ends_where_pixels_are_eight_units_in_the_last_place(opened):
-    """A wheel that goes on turning ends at pixels of 8 units in the last place, and the page says so."""
+    """Zooming in ends at pixels of 8 units in the last place, and the page says so."""
     page = opened("base=rolling&x=roll_rate,2.5573,1e-10,linear&y=tilt,-5,1e-10,log&quantity=peak_tilt")
     page.mouse.move(*point(page, 0.2, 0.1))
     for _ in range(20):
@@ -98,7 +98,7 @@ def test_zoom_ends_where_pixels_are_eight_units_in_the_last_place(opened):
 
 
 def test_labels_are_the_values_at_their_places(opened):
-    """At any depth the labels of an axis differ, and each is the value at its tick to a hundredth of a pixel."""
+    """At any depth, the labels of an axis differ, and each is right to a hundredth of a pixel."""
     page = opened()
     degrees = Decimal(180) / Decimal("3.14159265358979323846264338327950288")
     for half, (which, factor) in product([1.0, 1e-3, 1e-6, 1e-10], [("x", Decimal(1)), ("y", degrees)]):
@@ -118,7 +118,7 @@ def test_labels_are_the_values_at_their_places(opened):
 
 
 def test_drag_moves_and_double_click_shows_all(opened):
-    """A drag by half the width moves the window by half; a double click goes back, and chooses nothing."""
+    """A drag by half the width moves the window by half; a double click resets it and chooses nothing."""
     page = opened(BOTH)
     box, before = plot(page), axis(page, "x")
     page.mouse.move(*point(page, 0.5, 0.0))
@@ -138,7 +138,7 @@ def test_drag_moves_and_double_click_shows_all(opened):
 
 @pytest.mark.parametrize("upright", [False, pytest.param(True, marks=pytest.mark.release)])
 def test_pinch_zooms(opened, upright):
-    """Two fingers that go apart by a factor of two show half the range."""
+    """Two fingers that move apart by a factor of two halve the range."""
     page = opened(BOTH, viewport={"width": 360, "height": 740}, has_touch=True)
     before = axis(page, "x")
     session = page.context.new_cdp_session(page)
@@ -162,7 +162,7 @@ def test_pinch_zooms(opened, upright):
 
 
 def test_tap_shows_numbers_and_motion(opened):
-    """A finger that taps chooses a start, and its numbers are shown although fingers do not hover."""
+    """A tap chooses a start and shows its numbers, which a mouse shows by hovering."""
     page = opened(BOTH, viewport={"width": 360, "height": 740}, has_touch=True, reduced_motion="reduce")
     page.touchscreen.tap(*point(page, 0.3, 0.2))
     wait_for_text(page, "#readout", "nutation period")
@@ -171,7 +171,7 @@ def test_tap_shows_numbers_and_motion(opened):
 
 
 def check_analytic_line(page, alpha):
-    """Hold the analytic line of the rolling disk against its formula, sqrt(g / (2 (1 + alpha) R)), to 0.05 pixels."""
+    """Check the rolling disk's analytic line with sqrt(g / (2 (1 + alpha) R)), to 0.05 pixels."""
     page.wait_for_selector("#map .lines:not(.stale) .line.analytic", state="attached")
     _, centre, half, _ = axis(page, "x")
     place = (math.sqrt(9.81 / (2.0 * (1.0 + alpha) * 0.5)) - centre) / half
@@ -180,7 +180,7 @@ def check_analytic_line(page, alpha):
 
 
 def test_slider_acts_on_picture_and_lines(opened):
-    """Alpha at another value moves the analytic line to sqrt(g / (2 (1 + alpha) R)), and the verdicts with it."""
+    """Another alpha moves the analytic line to sqrt(g / (2 (1 + alpha) R)), and the verdicts with it."""
     page = opened(BOTH)
     page.locator("#slide-alpha").fill("1000")
     wait_for_picture(page)
@@ -191,7 +191,7 @@ def test_slider_acts_on_picture_and_lines(opened):
 
 
 def test_number_beside_a_slider_is_exact(opened):
-    """A number that is written beside a slider is taken as it is; what is no number is not taken."""
+    """A number typed next to a slider is used exactly; other text is refused."""
     page = opened(BOTH)
     page.locator("#value-radius").fill("0.123456789")
     page.keyboard.press("Enter")
@@ -204,7 +204,7 @@ def test_number_beside_a_slider_is_exact(opened):
 
 
 def test_last_of_many_changes_is_shown(opened):
-    """After a slider went through many values in one go, the picture and the lines are those of the last one."""
+    """After many quick changes of a slider, picture and lines belong to the last one."""
     page = opened(BOTH)
     page.evaluate(
         """() => {
@@ -227,7 +227,7 @@ def test_last_of_many_changes_is_shown(opened):
 
 @pytest.mark.release
 def test_a_criterion_without_a_slider_has_its_name(opened, served_with):
-    """The menu of criteria names one that has no slider, and what it asks stands below."""
+    """The menu names a criterion without a slider, and its expression is below."""
     page = opened(url=served_with("rolling", "criterion=peak_tilt > 10deg", "roll_rate=2:4:20").url)
     wait_for_picture(page)
     assert page.locator("#criterion-kind option:checked").text_content() == "other"
@@ -235,7 +235,7 @@ def test_a_criterion_without_a_slider_has_its_name(opened, served_with):
 
 
 def test_presets_with_losses_are_named(opened):
-    """A preset that is integrated in time stands in the menu, with the way to its map, and cannot be chosen."""
+    """A preset with losses is in the menu with instructions for its map, but cannot be chosen."""
     page = opened(BOTH)
     others = page.locator("#base optgroup")
     assert "atlas" in others.get_attribute("label")
@@ -244,7 +244,7 @@ def test_presets_with_losses_are_named(opened):
 
 
 def test_criterion_acts(opened):
-    """A smaller limit of the criterion makes more of the window unstable, as a run with it says."""
+    """A smaller limit makes more of the window unstable, as in a run."""
     page = opened(BOTH)
     page.locator("#value-criterion-departure").fill("1.5")
     page.keyboard.press("Enter")
@@ -254,7 +254,7 @@ def test_criterion_acts(opened):
 
 
 def test_numbers_under_the_pointer_are_those_of_the_start(opened):
-    """The numbers of the start that is pointed at are those that `sweep.run` has of it."""
+    """The numbers of the start under the pointer are those of `sweep.run`."""
     page = opened(BOTH)
     page.mouse.move(*point(page, 0.25, 0.5))
     wait_for_text(page, "#readout", "nutation period")
@@ -271,13 +271,13 @@ def test_numbers_under_the_pointer_are_those_of_the_start(opened):
     box = plot(page)
     assert x == pytest.approx(value_at(axis(page, "x"), 0.25), abs=2 * axis(page, "x")[2] / box["width"])
     cell = cell_at(x, y)
-    # the start is told with six digits
+    # the start is displayed with six digits
     assert float(told["peak tilt"].split()[0]) == pytest.approx(math.degrees(cell["peak_tilt"]), rel=1e-4)
     assert told["verdict"] == VERDICT[int(cell["stability"])]
 
 
 def test_click_shows_a_motion_and_a_second_one_beside_it(opened):
-    """A click chooses a start, one with Shift a second one; closing the first one leaves the second."""
+    """A click chooses a start, and Shift-click a second one; closing the first leaves the second."""
     page = opened(BOTH, reduced_motion="reduce")
     click(page, -0.6, 0.2)
     page.wait_for_selector("#motions .slot[data-shown] >> nth=0")
@@ -310,7 +310,7 @@ def test_keyboard_goes_everywhere(opened):
     assert VERDICT[int(cell_at(x, y)["stability"])] in spoken
     page.keyboard.press("Enter")
     wait_for_picture(page)
-    # a pixel more or less
+    # within a pixel
     chosen = list(map(float, entries(page)["a"].split(",")))
     assert chosen == [pytest.approx(x, abs=2e-3), pytest.approx(y, rel=1e-2)]
     before = axis(page, "x")
@@ -320,7 +320,7 @@ def test_keyboard_goes_everywhere(opened):
     page.keyboard.press("0")
     wait_for_picture(page)
     assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear")
-    # the cursor that reaches the border takes the window with it
+    # at the border, the cursor moves the window
     page.keyboard.press("Shift+ArrowLeft")
     for _ in range(4):
         page.keyboard.press("Shift+ArrowLeft")
@@ -329,9 +329,9 @@ def test_keyboard_goes_everywhere(opened):
 
 
 def test_refusal_is_told_in_words(opened):
-    """What the server refuses stands beside the picture in its words, and goes away with its cause."""
+    """The server's refusal is shown next to the picture and disappears with its cause."""
     page = opened(BOTH)
-    # the page is watched for answers that are errors: this one is meant
+    # with status 200, because the watch reports error responses, and this one is intended
     page.route("**/plan", lambda route: route.fulfill(status=200, content_type="text/plain", body="none"))
     page.locator("#slide-alpha").fill("300")
     wait_for_text(page, "#notice", re.compile(r"\S"))
@@ -342,7 +342,7 @@ def test_refusal_is_told_in_words(opened):
 
 
 def test_the_scale_of_colours_can_be_held(opened):
-    """The ends of the colours are those of the window in which they were held, until they are let go."""
+    """The color scale can be fixed to the current window until it is released."""
     page = opened(BOTH.replace("stability", "peak_tilt"))
     page.locator("#hold-colours").check()
     wait_for_picture(page)
@@ -359,14 +359,14 @@ def test_the_scale_of_colours_can_be_held(opened):
     page.locator("#hold-colours").check()
     wait_for_picture(page)
     assert "range" in entries(page)
-    # ends of another quantity are of no use to this one
+    # fixed ends are not used for another quantity
     page.locator("#quantity").select_option("amplification")
     wait_for_picture(page)
     assert "range" not in entries(page)
 
 
 def test_axes_can_be_others(opened):
-    """Another parameter goes across: the one that was there keeps the value in the middle, and gets a slider."""
+    """If another parameter becomes the horizontal axis, the old one keeps its middle value and gets a slider."""
     page = opened(BOTH)
     page.locator("#axis-x").select_option("alpha")
     wait_for_picture(page)
@@ -382,7 +382,7 @@ def test_axes_can_be_others(opened):
 
 
 def test_window_is_saved(opened):
-    """PNG, SVG, CSV and netCDF of the window are files that other programs read; lines and text have their colours."""
+    """The window can be saved as PNG, SVG, CSV and netCDF that other programs read, with colored lines and text."""
     page = opened(BOTH, accept_downloads=True, viewport={"width": 400, "height": 400})
     files = {}
     for words in ("picture, PNG", "picture, SVG", "data, CSV", "data, netCDF"):
@@ -412,7 +412,7 @@ def test_window_is_saved(opened):
 
 
 def test_window_is_copied_as_command(opened, explorer):
-    """What is copied is the address, and the command and the Python that the server gives for the window."""
+    """The copied texts are the address, and the server's command and Python code for the window."""
     page = opened(BOTH)
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])
 
@@ -438,7 +438,7 @@ def test_window_is_copied_as_command(opened, explorer):
     page.locator("details.laws summary").first.click()
     page.get_by_role("slider", name="contour friction").press("PageUp")
     page.locator(".motion.lossy.shown:not(.waiting)").wait_for()
-    # a point that is chosen changes nothing of the window, and the losses of its panel belong to its motion
+    # a chosen point does not change the window, and its panel's losses belong to its motion
     assert copied("window as command") == answer["command"]
     motion = copied("motion A as command")
     assert motion.startswith("eulerdisk simulate ")
@@ -447,7 +447,7 @@ def test_window_is_copied_as_command(opened, explorer):
 
 @pytest.mark.release
 def test_a_criterion_that_is_none_is_not_asked_for(opened):
-    """A limit that is not above 0, or half a turn, is marked with what it must be, and not sent."""
+    """A limit outside 0 to half a turn is marked with the allowed range and not sent."""
     page = opened()
     field = page.locator("#value-criterion-departure")
     for wrong in ("-7", "0", "180"):

@@ -1,4 +1,4 @@
-"""The map of an atlas in a real browser: its cells beside computed ones, what it can show, and its exported page."""
+"""The map of an atlas in a real browser: stored and computed cells, available quantities, and the exported page."""
 
 import math
 import re
@@ -40,7 +40,7 @@ def atlas(tmp_path_factory):
 
 
 def check_cells(page, atlas):
-    """Hold the colours of random pixels against the verdicts of their nearest cells; return the pixels."""
+    """Check the colors of random pixels against the verdicts of their nearest cells, and return the pixels."""
     size, x, y = shown(page), axis(page, "x"), axis(page, "y")
     pixels = random_pixels(size["width"], size["height"], 60)
     stored, expected = sweep.open_atlas(atlas), []
@@ -56,7 +56,7 @@ def check_cells(page, atlas):
 
 
 def test_cells_of_a_file_are_told_from_computed_ones(opened, served_with, atlas):
-    """Within the grid a pixel has the verdict of its cell, and says so; beyond it that of its own start."""
+    """Inside the grid, a pixel has its stored cell's verdict and says so; outside it has a computed one."""
     served = served_with(atlas)
     page = opened("quantity=stability", url=served.url)
     wait_for_picture(page)
@@ -75,7 +75,7 @@ def test_cells_of_a_file_are_told_from_computed_ones(opened, served_with, atlas)
 
 @pytest.fixture(scope="module")
 def lossy(tmp_path_factory):
-    """Return the path of an atlas with losses, 3 x 4 cells: nothing of it can be computed anew."""
+    """Return the path of an atlas with losses, 3 x 4 cells, of which nothing can be recomputed."""
     path = tmp_path_factory.mktemp("lossy") / "toy.nc"
     sweep.run_to_file(
         "toy",
@@ -90,7 +90,7 @@ def lossy(tmp_path_factory):
 
 
 def test_each_base_offers_what_it_can_show(opened, served_with, lossy):
-    """Disks without losses have no time at which they end: another base is shown in a quantity that it has."""
+    """Disks without losses have no end time, so another base switches to a quantity that it has."""
     page = opened("quantity=end_time", url=served_with(lossy).url)
     offered = page.locator("#quantity option")
     assert "end time" in offered.all_text_contents()
@@ -107,7 +107,7 @@ def test_each_base_offers_what_it_can_show(opened, served_with, lossy):
 
 @pytest.mark.release
 def test_what_stored_cells_alone_have_is_not_asked_of_others(opened, served_with, tmp_path):
-    """With another alpha than that of the file nobody knows when disks fall: the map is empty and says so."""
+    """The time of a fall is stored only for the file's alpha: for another one, the map is empty and says so."""
     path = tmp_path / "integrated.nc"
     sweep.run_to_file("rolling", path, roll_rate="2.3:3.1:8", tilt="0.2deg:4deg:6:log", progress=False)
     page = opened("quantity=fall_time", url=served_with(path).url)
@@ -124,10 +124,10 @@ def test_what_stored_cells_alone_have_is_not_asked_of_others(opened, served_with
 
 @pytest.mark.release
 def test_a_refused_window_leaves_no_picture_of_another_plane(opened, served_with, lossy):
-    """Where the window of another base is refused, the words of that stay, and the old picture goes."""
+    """If the window of another base is refused, the message stays and the old picture disappears."""
     page = opened(url=served_with(lossy).url)
     assert page.get_by_role("button", name="data, CSV", include_hidden=True).evaluate("each => each.hidden")
-    # the page is watched for answers that are errors: this one is meant
+    # with status 200, because the watch reports error responses, and this one is intended
     page.route("**/plan", lambda route: route.fulfill(status=200, content_type="text/plain", body="none"))
     page.locator("#base").select_option("rolling")
     page.wait_for_selector("#map:not([data-shown])[aria-busy=false]")
@@ -141,7 +141,7 @@ def test_a_refused_window_leaves_no_picture_of_another_plane(opened, served_with
 
 
 def test_outside_the_grid_it_is_said_that_there_is_no_cell(opened, served_with, lossy):
-    """Beside the cells of an atlas with losses there is no colour, no number and no verdict, in one plain line."""
+    """Outside the cells of an atlas with losses, there is no color, number or verdict, and one line says so."""
     page = opened("quantity=stability", url=served_with(lossy).url)
     box = page.locator("#map .picture").bounding_box()
     # there is nothing else to show
@@ -158,7 +158,7 @@ def test_outside_the_grid_it_is_said_that_there_is_no_cell(opened, served_with, 
     told = page.locator("#readout").inner_text()
     assert not [word for word in ("verdict", "undecided", "end time", "\u2026") if word in told]
     assert box["width"] == page.locator("#map .picture").bounding_box()["width"]
-    # a click shows a motion, which has losses everywhere: what is said beside it is said of it
+    # a click shows a motion, which exists everywhere with losses, and the words next to it are about it
     page.mouse.click(*point(page, 0.9, -0.9))
     page.wait_for_selector("#motions .slot[data-shown] .motion.shown:not(.waiting)")
     page.locator(".motion .verdict", has_text=re.compile("stable|undecided")).wait_for()
@@ -167,7 +167,7 @@ def test_outside_the_grid_it_is_said_that_there_is_no_cell(opened, served_with, 
     for _ in range(2):
         page.keyboard.press("Shift+ArrowLeft")
     wait_for_text(page, "#spoken", NO_CELL)
-    # the window has gone as far as tilts go: the cells lie in its right half
+    # the window extends as far as tilts do: the cells are in its right half
     page.mouse.move(*point(page, 0.44, 0.0))
     wait_for_text(page, "#readout", "stored cell")
     assert NO_CELL not in page.locator("#readout").inner_text()
@@ -175,7 +175,7 @@ def test_outside_the_grid_it_is_said_that_there_is_no_cell(opened, served_with, 
 
 @pytest.mark.release
 def test_that_there_is_no_cell_is_said_at_once_and_of_an_address(opened, served_with, lossy):
-    """Where the picture has no cell nobody is asked; of a start in an address the server says it."""
+    """A pixel without a cell is reported without a request; for a start in an address, the server reports it."""
     url = served_with(lossy).url
     page = opened("quantity=stability&a=0.9,25", url=url)
     page.wait_for_selector("#motions .motion:is(.shown, .refused):not(.waiting)")
@@ -202,7 +202,7 @@ def exported(atlas, folder):
 
 
 def test_exported_page_opens_from_disk(opened, atlas, tmp_path):
-    """An exported page shows the cells of its atlas without a server, and computes beyond and between them."""
+    """Without a server, the page shows the cells of its atlas and computes others."""
     page = opened("quantity=stability", url=exported(atlas, tmp_path))
     wait_for_picture(page)
     check_cells(page, atlas)
@@ -227,7 +227,7 @@ def test_exported_page_opens_from_disk(opened, atlas, tmp_path):
 
 
 def test_exported_page_of_losses_shows_its_cells_alone(opened, lossy, tmp_path):
-    """Beyond the cells of an atlas with losses there is nothing, but its motions are there everywhere."""
+    """Outside the cells of an atlas with losses the map is empty, but motions exist everywhere."""
     page = opened("quantity=stability", url=exported(lossy, tmp_path))
     wait_for_picture(page)
     page.mouse.move(*point(page, 0.0, 0.0))
@@ -242,7 +242,7 @@ def test_exported_page_of_losses_shows_its_cells_alone(opened, lossy, tmp_path):
     page.click("#compare")
     page.mouse.click(*point(page, 0.3, 0.2))
     page.wait_for_selector("#motions .slot >> nth=1 >> .motion.lossy.shown:not(.waiting)")
-    # both are cells, whatever was clicked
+    # both are cells, wherever the click was
     with sweep.open_atlas(lossy) as atlas:
         for chosen in ("a", "b"):
             place = dict(zip("xy", map(float, entries(page)[chosen].split(",")), strict=True))

@@ -1,4 +1,4 @@
-"""Menus close as people expect, and what is copied can be had where a browser keeps the clipboard from the page."""
+"""Menus close as people expect, and copying works even without access to the clipboard."""
 
 import re
 from itertools import pairwise
@@ -9,24 +9,24 @@ from tests.explorer.browser.map_page import BOTH, plot, wait_for_picture, wait_f
 
 pytestmark = pytest.mark.slow_lane
 
-#: Titles of the menus that are open, and the words of what has the focus.
+#: Titles of the open menus, and the text of the focused element.
 OPEN = "[...document.querySelectorAll('details.menu[open] > summary')].map((each) => each.textContent)"
 FOCUSED = "document.activeElement.closest('summary, button')?.textContent ?? document.activeElement.id"
 
-#: A browser without a clipboard, and one that refuses it, as in a frame of another page.
+#: A browser without a clipboard, and one that refuses it, as in a frame.
 WITHOUT = "Object.defineProperty(Navigator.prototype, 'clipboard', { get: () => undefined });"
 REFUSED = "navigator.clipboard.writeText = () => Promise.reject(new DOMException('no', 'NotAllowedError'));"
 NO_COPY = "document.execCommand = () => false;"
 
 
 def choose(page, words):
-    """Choose from the menu of copies."""
+    """Choose from the copy menu."""
     page.get_by_text("Copy", exact=True).click()
     page.get_by_role("button", name=words).click()
 
 
 def test_menus_close_and_the_focus_is_where_it_was(opened):
-    """Escape, a click elsewhere, Tab beyond the end and a choice close a menu; none of it loses the focus."""
+    """Escape, a click elsewhere, Tab past the end and a choice close a menu without losing the focus."""
     page = opened(BOTH)
     page.context.grant_permissions(["clipboard-write"])
     copy, keys = page.locator("summary", has_text="Copy"), page.keyboard
@@ -47,7 +47,7 @@ def test_menus_close_and_the_focus_is_where_it_was(opened):
     assert page.evaluate(OPEN) == ["Save"]
     copy.click()
     assert page.evaluate(OPEN) == ["Copy"]
-    # a browser that gives buttons no focus when they are clicked
+    # a browser that does not focus clicked buttons
     page.evaluate("document.activeElement.blur()")
     keys.press("Escape")
     assert (page.evaluate(OPEN), page.evaluate(FOCUSED)) == ([], "Copy")
@@ -64,7 +64,7 @@ def test_menus_close_and_the_focus_is_where_it_was(opened):
 
 
 def test_keys_go_through_the_page_as_it_is_seen(opened):
-    """On a phone, where the motion stands above the sliders, Tab comes to it first."""
+    """On a phone, Tab reaches the motion, which is above the sliders, first."""
     page = opened(BOTH + "&a=2.4,0.02", viewport={"width": 360, "height": 740})
     page.locator("#motions .motion.shown").wait_for()
     page.locator("#map").focus()
@@ -78,13 +78,13 @@ def test_keys_go_through_the_page_as_it_is_seen(opened):
         places.append(page.evaluate(place))
         assert len(places) < 50
     assert list(dict.fromkeys(part for part, _ in places)) == ["bar", "motions", "controls"]
-    # what stands in one row has almost one height
+    # elements of one row have almost the same height
     assert all(below > above - 40 for (_, above), (_, below) in pairwise(places))
 
 
 @pytest.mark.parametrize("clipboard", [pytest.param(WITHOUT, marks=pytest.mark.release), REFUSED])
 def test_a_text_is_copied_without_the_clipboard_of_the_page(opened, clipboard):
-    """Where `navigator.clipboard` is missing or refused, the text is copied as a person copies what is selected."""
+    """If `navigator.clipboard` is missing or refuses, the text is copied by selecting it."""
     page = opened(BOTH)
     page.context.grant_permissions(["clipboard-read"])
     page.evaluate(f"{clipboard} null")
@@ -99,7 +99,7 @@ def test_a_text_is_copied_without_the_clipboard_of_the_page(opened, clipboard):
 
 
 def test_a_text_that_cannot_be_copied_is_shown(opened):
-    """Else it is shown as it is, line by line and selected; Escape and a button close it, and the focus returns."""
+    """If that fails, the text is shown by line and selected; Escape or a button closes it and restores the focus."""
     page = opened(BOTH)
     wait_for_picture(page)
     page.evaluate(REFUSED + NO_COPY)

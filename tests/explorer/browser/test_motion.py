@@ -1,4 +1,4 @@
-"""The panel of a motion in a real browser: the disk, its clock, its curves, its losses, and two of them in time."""
+"""The panel of a motion in a real browser: disk, clock, curves, losses, and two synchronous motions."""
 
 import math
 import re
@@ -18,13 +18,13 @@ pytestmark = pytest.mark.slow_lane
 
 SHOWN = ".motion.shown:not(.waiting)"
 
-#: The time of the clock, and whether it runs.
+#: The time of the clock, and if it runs.
 CLOCK = """async () => {
   const { clock } = await import("eulerdisk/motion/clock");
   return { time: clock.time, playing: clock.playing, length: clock.length, speed: clock.speed };
 }"""
 
-#: Pixels of the picture of the disk that are unlike its corner: the disk, its shadow, its path.
+#: Pixels of the disk's picture that differ from its corner: the disk, its shadow, its path.
 DRAWN = """async (number) => {
   const canvas = document.querySelectorAll(".motion .stage canvas")[number];
   const { clock } = await import("eulerdisk/motion/clock");
@@ -41,7 +41,7 @@ DRAWN = """async (number) => {
   return seen.size;
 }"""
 
-#: Colour of the table in the upper left corner of the picture.
+#: Color of the table in the upper left corner of the picture.
 CORNER = """async () => {
   const canvas = document.querySelector(".motion .stage canvas");
   const { clock } = await import("eulerdisk/motion/clock");
@@ -56,7 +56,7 @@ CORNER = """async () => {
 }"""
 
 
-#: Colours of the rim of the disk and of the table, from 0 to 255.
+#: Colors of the disk's rim and of the table, from 0 to 255.
 RIM_AND_TABLE = """() => ["--motion-rim", "--motion-ground"].map((name) => {
   const probe = document.createElement("i");
   probe.style.color = `var(${name})`;
@@ -68,7 +68,7 @@ RIM_AND_TABLE = """() => ["--motion-rim", "--motion-ground"].map((name) => {
 
 
 def contrast(*colours):
-    """Return the contrast of two colours as WCAG defines it; a ring that is seen edge-on is all rim."""
+    """Return the contrast of two colors as defined by WCAG; a ring seen edge-on shows only its rim."""
     light = []
     for colour in colours:
         shares = [each / 255 for each in colour]
@@ -78,7 +78,7 @@ def contrast(*colours):
 
 
 def choose(page, x=0.6, y=0.5, number=0):
-    """Click the map at a place, as shares of its width and height; wait for the motion of that slot."""
+    """Click the map at a place, as shares of its width and height, and wait for the motion of that slot."""
     box = page.locator("#map").bounding_box()
     page.mouse.click(box["x"] + x * box["width"], box["y"] + y * box["height"])
     page.locator(SHOWN).nth(number).wait_for()
@@ -95,7 +95,7 @@ def seek(page, time):
 
 
 def test_a_click_shows_the_disk_and_its_curves(opened):
-    """After a click the disk is drawn, with three plots, an ending and a verdict in words."""
+    """After a click, the disk is drawn, with three plots, an ending and a verdict in words."""
     page = opened()
     choose(page)
     panel = page.locator(".motion").first
@@ -103,7 +103,7 @@ def test_a_click_shows_the_disk_and_its_curves(opened):
     assert panel.locator(".plot svg path.curve").count() == 5
     assert re.search(r"\d s$", panel.locator(".ending").inner_text())
     panel.locator(".verdict", has_text="stable").wait_for()
-    # turning points have the digits of the numbers beside the map
+    # turning points have as many digits as the numbers next to the map
     titles = panel.locator(".plot.potential .dot.turn title").all_text_contents()
     page.locator("#readout dd", has_text="stable").wait_for()
     numbers = dict(
@@ -117,13 +117,13 @@ def test_a_click_shows_the_disk_and_its_curves(opened):
 
 
 def test_a_disk_that_falls_stays_where_it_fell(opened):
-    """At its end the disk lies, the dot is at the end of the potential, and words say how it ended."""
+    """At its end the disk lies flat, the dot is at the end of the potential, and the text states the ending."""
     page = opened("base=rolling&a=0.5,0&b=0.02,2.2&compare=yes")
     page.locator(SHOWN).nth(1).wait_for()
     panel = page.locator(".motion").first
     ending = panel.locator(".ending")
     assert re.search(r"fell.* 0\.\d+ s$", ending.inner_text())
-    # the motion beside it goes on
+    # the other motion continues
     seek(page, 3.0)
     assert re.search(r"fell.* 0\.\d+ s\W+\w", ending.inner_text())
     assert_facts(page.locator(".motion").nth(1).locator(".ending").inner_text(), "10 s")
@@ -143,11 +143,11 @@ def test_a_disk_that_falls_stays_where_it_fell(opened):
 
 
 def test_the_disk_plays_pauses_and_ends(opened):
-    """The motion begins by itself, stops where it is paused, and begins anew after its end."""
+    """The motion starts by itself, can be paused, and restarts after its end."""
     page = opened(reduced_motion="no-preference")
     choose(page)
     assert clock(page)["playing"]
-    # where pictures are drawn without a graphics card, frames leave no time for the checks of a click
+    # without a graphics card, drawing leaves no time for the checks of a click
     page.get_by_role("button", name="pause", exact=True).dispatch_event("click")
     paused = clock(page)
     assert not paused["playing"]
@@ -162,7 +162,7 @@ def test_the_disk_plays_pauses_and_ends(opened):
 
 @pytest.mark.release
 def test_motion_is_not_begun_for_those_who_want_less_of_it(opened):
-    """With prefers-reduced-motion a motion waits for its button."""
+    """With prefers-reduced-motion, a motion waits for its button."""
     page = opened(reduced_motion="reduce")
     choose(page)
     assert not clock(page)["playing"]
@@ -172,7 +172,7 @@ def test_motion_is_not_begun_for_those_who_want_less_of_it(opened):
 
 
 def test_a_curve_is_dragged_through_time(opened):
-    """Pressed and dragged, the cursor of the tilt is where the pointer is, and the slider says the same."""
+    """Dragging moves the cursor of the tilt to the pointer, and the slider agrees."""
     page = opened()
     choose(page)
     box = page.locator(".plot.tilt > svg").first.bounding_box()
@@ -191,7 +191,7 @@ def test_a_curve_is_dragged_through_time(opened):
 
 
 def test_two_motions_are_synchronous(opened):
-    """With two panels one clock moves both; curves share the longer time; a panel that is closed leaves the other."""
+    """One clock moves both motions, curves share the longer time, and closing one panel leaves the other."""
     page = opened()
     choose(page, 0.2, 0.5)
     alone = clock(page)["length"]
@@ -215,7 +215,7 @@ def test_two_motions_are_synchronous(opened):
 
 
 def beside_a_longer_one(page):
-    """Choose two starts; return the number of the one whose usual time is shorter, which is followed for longer."""
+    """Choose two starts and return the number of the shorter one, which is then followed for longer."""
     choose(page, 0.2, 0.5)
     alone = clock(page)["length"]
     page.click("#compare")
@@ -225,7 +225,7 @@ def beside_a_longer_one(page):
 
 
 def test_losses_of_two_motions_are_each_its_own(opened):
-    """What is set of B changes nothing that was set of A, and the other way round."""
+    """Losses set for B do not change those of A, and vice versa."""
     page = opened("base=rolling&a=0.02,2.4&b=0.02,2.9&compare=yes")
     for number, name in enumerate("ab"):
         slot = page.locator("#motions .slot").nth(number)
@@ -244,7 +244,7 @@ def test_losses_of_two_motions_are_each_its_own(opened):
 
 
 def test_a_motion_that_is_not_followed_for_longer_says_why(opened):
-    """It stays as long as it is, is asked for once, and the words go with the motion beside it."""
+    """The motion keeps its length, is requested once, and its message disappears with the other motion."""
     page = opened()
     page.evaluate(REFUSE)
     shorter = beside_a_longer_one(page)
@@ -257,7 +257,7 @@ def test_a_motion_that_is_not_followed_for_longer_says_why(opened):
     page.locator(".motion .problem").nth(shorter).filter(has_not_text="longer").wait_for(state="attached")
 
 
-#: Refuse to follow a start for longer than when it was first asked for.
+#: Refuse to follow a start for longer than at first.
 REFUSE = """() => {
     const send = Worker.prototype.postMessage;
     const lengths = new Map();
@@ -279,7 +279,7 @@ REFUSE = """() => {
 
 
 def test_a_closed_slot_stays_empty(opened):
-    """A motion that is closed before its numbers have come stays away, and no other waits for it."""
+    """A motion that is closed before its numbers arrive stays closed and delays no other."""
     page = opened()
     page.evaluate(HOLD, "call")
     page.locator("#map").click(position={"x": 500, "y": 300})
@@ -297,7 +297,7 @@ def test_a_closed_slot_stays_empty(opened):
 
 
 def test_losses_stop_the_disk(opened):
-    """A slider of a loss makes another motion: a ledger takes the place of the potential; without losses it is back."""
+    """A loss slider makes another motion, and a ledger replaces the potential; without losses it returns."""
     page = opened()
     choose(page)
     page.locator("details.laws summary").first.click()
@@ -309,7 +309,7 @@ def test_losses_stop_the_disk(opened):
     page.locator(".motion .ending", has_text="flat").first.wait_for()
     assert slider.get_attribute("aria-valuetext").endswith(" mm")
     assert page.locator(".plot.potential .area.contour_loss").count() == 1
-    # what is said beside it is said of this motion; the numbers under the map say that they are not
+    # the text next to the motion is about it; the numbers under the map are marked as without losses
     assert "without losses" in page.locator("#readout").inner_text()
     assert page.locator(".motion .verdict").first.inner_text() == ""
     page.locator("details.words summary").first.click()
@@ -324,7 +324,7 @@ def test_losses_stop_the_disk(opened):
 
 
 def test_a_mass_is_asked_for_where_it_matters(opened):
-    """The slider of the mass is there with viscous friction or air alone."""
+    """The mass slider is shown only with viscous friction or air."""
     page = opened()
     choose(page)
     page.locator("details.laws summary").first.click()
@@ -335,7 +335,7 @@ def test_a_mass_is_asked_for_where_it_matters(opened):
 
 
 def test_words_explain_the_start(opened):
-    """The explanation is that of `eulerdisk explain`, and is asked for when it is opened."""
+    """The text is that of `eulerdisk explain` and is requested when opened."""
     page = opened()
     choose(page)
     page.locator("details.words summary").first.click()
@@ -344,14 +344,14 @@ def test_words_explain_the_start(opened):
 
 
 def test_start_and_words_follow_a_slider(opened):
-    """With another gravity the start is the same in scaled rates: its words follow, and its verdict stays."""
+    """With another gravity, the start keeps its scaled rates; its text follows, and its verdict stays."""
     page = opened("base=rolling&quantity=stability&a=0.02,3.7")
     page.locator(".motion .verdict", has_text=re.compile("^stable$")).wait_for()
     page.locator("details.words summary").first.click()
     page.locator(".explanation", has_text="9.81").first.wait_for()
     page.locator("#value-gravity").fill("30")
     page.keyboard.press("Enter")
-    # 3.7 rad/s times the root of 30/9.81
+    # 3.7 rad/s times the square root of 30/9.81
     page.locator(".explanation", has_text="6.4").first.wait_for()
     assert "9.81" not in page.locator(".explanation").first.inner_text()
     page.locator(".motion .verdict", has_text=re.compile("^stable$")).wait_for()
@@ -359,7 +359,7 @@ def test_start_and_words_follow_a_slider(opened):
 
 
 def test_a_camera_that_was_dragged_is_in_the_address(opened):
-    """It is written when the hand lets go; from there an arrow key turns it by six degrees."""
+    """The camera is written when the drag ends; then an arrow key turns it by six degrees."""
     page = opened()
     choose(page, 0.3, 0.3)
     canvas = page.locator(".stage canvas").first
@@ -382,7 +382,7 @@ def test_a_camera_that_was_dragged_is_in_the_address(opened):
 
 @pytest.mark.release
 def test_the_picture_follows_the_clock_the_keys_and_the_theme(opened):
-    """The disk moves, keys turn the camera and bring it nearer, and a light page has a light table."""
+    """The disk moves, keys turn and zoom the camera, and a light page has a light table."""
     page = opened(color_scheme="dark")
     choose(page, 0.3, 0.3)
     stage, canvas = page.locator(".stage").first, page.locator(".stage canvas").first
@@ -408,12 +408,12 @@ def test_the_picture_follows_the_clock_the_keys_and_the_theme(opened):
 
 
 def values(text):
-    """Return the numbers of a text, as page and files write them."""
+    """Return the numbers of a text, as written by page and files."""
     return [float(each.replace("\u2212", "-")) for each in re.findall(r"[-\u2212]?\d+(?:\.\d+)?", text)]
 
 
 def test_an_exported_page_moves_its_disks(opened, tmp_path):
-    """Opened from disk a page computes: numbers, motion, losses and words are those of the start that is chosen."""
+    """A page opened from disk computes numbers, motion, losses and text of the chosen start."""
     path = tmp_path / "page.html"
     words = {"roll_rate": "2:4:12", "tilt": "0.1deg:10deg:8:log", "alpha": 1.0}
     export(subject_of("rolling", words), path)
@@ -435,7 +435,7 @@ def test_an_exported_page_moves_its_disks(opened, tmp_path):
     told = panel.locator(".explanation", has_text="verdict").inner_text()
     (peak,) = re.findall(r"peak tilt +(\S+) deg", told)
     assert float(peak) == pytest.approx(math.degrees(float(cell.peak_tilt)), rel=1e-5)
-    # without a perturbation the boundary is at the root of g / (3 R), for a hoop g / (4 R)
+    # the unperturbed boundary is at the square root of g / (3 R), for a hoop g / (4 R)
     (analytic,) = re.findall(r"roll rate (\S+) rad s\S+ +analytic", told)
     assert float(analytic) == pytest.approx(math.sqrt(9.81 / (4 * 0.5)), rel=1e-5)
     (predicted,) = re.findall(r"roll rate (\S+) rad s\S+ +predicted", told)
@@ -452,7 +452,7 @@ def test_an_exported_page_moves_its_disks(opened, tmp_path):
 
 @pytest.mark.release
 def test_an_exported_page_hides_what_is_not_its_own(opened, tmp_path):
-    """Lines are there in the exported window; with another gravity, or far out, they are hidden, and it is said."""
+    """The exported window has lines; with another gravity, or far outside, they are hidden with a note."""
     path = tmp_path / "page.html"
     export(subject_of("rolling", {}), path)
     page = opened(url=path.as_uri())
@@ -471,10 +471,10 @@ def test_an_exported_page_hides_what_is_not_its_own(opened, tmp_path):
 
 
 def test_without_webgl_the_curves_are_there(explorer, browser):
-    """Where the browser draws nothing in three dimensions the page says so, and has all the rest."""
+    """Without three-dimensional graphics, the page says so and has everything else."""
     context = browser.new_context(reduced_motion="reduce", viewport={"width": 1280, "height": 800})
     page = context.new_page()
-    # the page finds no context, as on a machine without a driver
+    # no WebGL context, as on a machine without a driver
     page.add_init_script(
         """const get = HTMLCanvasElement.prototype.getContext;
         HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
@@ -488,12 +488,12 @@ def test_without_webgl_the_curves_are_there(explorer, browser):
     assert "no WebGL" in page.locator(".stage").first.inner_text()
     assert page.locator(".plot svg path.curve").count() == 5
     context.close()
-    # three.js says in the console that it found none
+    # three.js logs that it found no context
     assert all("WebGL" in problem for problem in watch.problems)
 
 
 def test_a_plot_keeps_the_peaks_of_its_curves(opened):
-    """Of ten thousand samples on three hundred pixels the single one that stands out is drawn, to either side."""
+    """With ten thousand samples on three hundred pixels, a single outlier is drawn, on either side."""
     drawn = opened().evaluate(
         """async () => {
             const { Plot } = await import("eulerdisk/motion/plot");
@@ -522,7 +522,7 @@ def test_a_plot_keeps_the_peaks_of_its_curves(opened):
 
 @pytest.mark.release
 def test_a_ring_is_as_wide_as_its_inertia_says(opened):
-    """A ring from a R to R has alpha = (1 + a^2)/2: a disk is full, and a hoop is drawn with a tenth of its radius."""
+    """A ring from a R to R has alpha = (1 + a^2)/2: a disk is full, and a hoop has a tenth of the radius."""
     alphas = [0.3, 0.5, 0.625, 0.75, 0.9, 1.0]
     found = opened().evaluate(
         """async alphas => {
@@ -539,7 +539,7 @@ def test_a_ring_is_as_wide_as_its_inertia_says(opened):
 
 
 def test_horizontal_lines_of_a_plot_are_as_long_as_its_curves(opened):
-    """Those of the turning points and of the energy reach from one end of the plot to the other."""
+    """The lines of turning points and energy extend over the whole plot."""
     page = opened()
     choose(page, 0.3, 0.3)
     ends = page.locator(".plot svg").first.evaluate(
@@ -555,7 +555,7 @@ def test_horizontal_lines_of_a_plot_are_as_long_as_its_curves(opened):
 
 
 def test_squares_of_the_table_have_the_length_that_is_told(opened):
-    """The picture of a square is repeated once on each length: the table can move on by whole squares unseen."""
+    """One picture is repeated every square length, so the table can move by whole squares unnoticed."""
     found = opened().evaluate(
         """async () => {
             const { tableOfSquares } = await import("eulerdisk/motion/furniture");

@@ -1,4 +1,4 @@
-"""Answers that come in another order than they were asked for: what is shown is what was wanted last."""
+"""Answers may arrive out of order: the page shows the last request."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from tests.explorer.browser.map_page import BOTH, axis, click, shown, wait_for_p
 
 pytestmark = pytest.mark.slow_lane
 
-#: Begin to note lane and words of each picture that is shown, in `lanes`.
+#: Start to record lane and words of each shown picture in `lanes`.
 RECORD = """() => {
     const lanes = [];
     const map = document.getElementById("map");
@@ -18,7 +18,7 @@ RECORD = """() => {
 
 
 def test_a_coarse_picture_that_comes_late_is_not_shown(opened):
-    """Where the fine picture of the last view is there, the coarse one of a view before it is of no use."""
+    """Once the fine picture of the last view is shown, a late coarse picture of an earlier view is dropped."""
     page = opened(BOTH)
     held = []
 
@@ -47,11 +47,11 @@ def test_a_coarse_picture_that_comes_late_is_not_shown(opened):
 
 @pytest.mark.release
 def test_words_of_a_refused_motion_do_not_stand_beside_another_one(opened):
-    """Losses of an address leave no motion: what that says is forgotten where another start is chosen meanwhile."""
+    """If an address's losses leave no motion, their message disappears when another start is chosen."""
     page = opened(BOTH)
     page.evaluate(HOLD, "call")
     page.evaluate("fragment => { location.hash = fragment }", f"{BOTH}&a=2.4,0.02&a.loss.rolling_friction=5")
-    # it is asked for once more, without the losses, and the answer to that takes long
+    # it is requested again without the losses, and that answer takes long
     wait_for_held(page, 1)
     click(page, 0.3, 0.2)
     wait_for_held(page, 2)
@@ -66,7 +66,7 @@ def test_words_of_a_refused_motion_do_not_stand_beside_another_one(opened):
 
 @pytest.mark.release
 def test_two_pages_of_one_server_do_not_take_each_other_s_pictures(opened):
-    """What one page asks for drops nothing that another one waits for."""
+    """Requests of one page do not cancel those of another."""
     pages = [opened(BOTH), opened("base=spinning")]
     for turn in range(4):
         for number, page in enumerate(pages):
@@ -74,10 +74,10 @@ def test_two_pages_of_one_server_do_not_take_each_other_s_pictures(opened):
                 "fragment => { location.hash = fragment; }",
                 f"base={('rolling', 'spinning')[number]}&quantity=nutation_period&with.alpha={0.5 + turn / 10}",
             )
-            # both ask at the same time
+            # both send requests at the same time
             page.wait_for_timeout(40)
     for number, page in enumerate(pages):
-        # a busy machine follows an address late
+        # a busy machine reacts late to an address
         page.wait_for_selector("#map[data-shown*='0.8']", state="attached")
         wait_for_picture(page)
         view = shown(page)["view"]

@@ -1,4 +1,4 @@
-"""Somebody without a plan uses the page: nothing goes wrong, and the picture stays that of its address."""
+"""Random use of the page causes no problem, and the picture always belongs to its address."""
 
 import random
 
@@ -10,7 +10,7 @@ from explorer_visitor import ProblemError, Visitor
 
 pytestmark = pytest.mark.slow_lane
 
-#: Keeps things that nobody needs: 100 motions as objects and as buffers, elements with listeners, a page, textures.
+#: Leaks objects: 100 motions as objects and as buffers, elements with listeners, a page, textures.
 LEAK = """async () => {
   const elements = Array.from({ length: 2000 }, () => document.createElement("p"));
   for (const each of elements.slice(0, 300)) each.addEventListener("click", () => each.remove());
@@ -25,14 +25,14 @@ LEAK = """async () => {
 
 @pytest.mark.release
 def test_a_short_random_use_has_no_problem(browser, explorer):
-    """A dozen actions leave no message, no stale picture and no context of WebGL; what is kept then is measured."""
+    """A dozen actions leave no message, stale picture or WebGL context; then leaked objects are measured."""
     context = browser.new_context(viewport=script.SIZE, reduced_motion="reduce")
     page, watch = script.new_page(context, explorer.url)
     script.use(page, watch, Visitor(page, random.Random(3)), 12)
     memory = Memory(page, context.new_cdp_session(page), explorer)
     before = script.measure(page, watch, memory, 0)
     empty = memory.graphics()
-    # two tables, disks, arrows and paths, and next to nothing without them
+    # with tables, disks, arrows and paths of two motions, and almost nothing without them
     assert before["graphics"] > 100.0 > 4.0 * empty
     page.evaluate(LEAK)
     after = memory.take(0, memory.graphics())
@@ -42,7 +42,7 @@ def test_a_short_random_use_has_no_problem(browser, explorer):
     context.close()
     grown = {name: after[name] - before[name] for name in before}
     assert grown["heap"] > 4.0
-    # 16 MB were allocated; others may have been given back
+    # 16 MB were allocated; others may have been freed
     assert grown["buffers"] > 15.5
     assert grown["nodes"] >= 2000.0
     assert grown["listeners"] >= 300.0
@@ -51,7 +51,7 @@ def test_a_short_random_use_has_no_problem(browser, explorer):
 
 
 def test_a_stale_picture_is_seen(opened):
-    """A picture whose address has changed without it is told, with how many pixels differ."""
+    """A picture that does not belong to its address is reported with the number of differing pixels."""
     page = opened()
     watch = Watch(page, (page.url,))
     script.look(page, watch)
@@ -62,7 +62,7 @@ def test_a_stale_picture_is_seen(opened):
 
 @pytest.mark.release
 def test_a_picture_that_nobody_computes_is_told_from_one_that_takes_long(opened, monkeypatch, capsys):
-    """A page that waits for nothing is never complete; where a plan is under way it is waited for, and told."""
+    """A page that waits for nothing is a problem; while a plan is pending, the wait continues and is reported."""
     page = opened()
     watch = Watch(page, (page.url,))
     monkeypatch.setattr(script, "PATIENCE", 300)
@@ -72,7 +72,7 @@ def test_a_picture_that_nobody_computes_is_told_from_one_that_takes_long(opened,
     held, ordinary = [], watch.waits_for
 
     def answered_then():
-        """What is under way; from now on the server answers."""
+        """Return the pending requests and let the server answer."""
         found = ordinary()
         for route in held:
             route.continue_()
@@ -97,7 +97,7 @@ STEADY = dict.fromkeys(GROWTH, 100.0)
 
 
 def memory_of(values, apart=50):
-    """Return the measurements of a page that was used for some actions between any two of them."""
+    """Return the measurements of a page with this many actions between them."""
     memory = object.__new__(Memory)
     memory.measured = [(apart * number, {**STEADY, **value}) for number, value in enumerate(values)]
     return memory
@@ -105,12 +105,12 @@ def memory_of(values, apart=50):
 
 @pytest.mark.parametrize("name", GROWTH)
 def test_growth_is_seen(name):
-    """What grows by a little more than it may is told by its name; a growth below the limit is none."""
+    """A growth slightly above the limit is reported by name, and one below it is not."""
     limit = GROWTH[name][1] / 1000.0
     memory_of({name: 40.0 + 0.9 * limit * 50 * number} for number in range(40)).check()
     with pytest.raises(LeakError, match=f"^{name} grows by"):
         memory_of({name: 40.0 + 1.1 * limit * 50 * number} for number in range(40)).check()
-    # of 260 actions, the last 180 of which have a trend
+    # of 260 actions, only the last 180 count for the trend
     growing = [{name: 40.0 + 3.0 * limit * 20 * number} for number in range(14)]
     memory_of(growing, apart=20).check()
     growing = [{name: 40.0 + 6.0 * limit * 20 * number} for number in range(14)]
@@ -119,7 +119,7 @@ def test_growth_is_seen(name):
 
 
 def test_what_fills_at_first_or_comes_and_goes_is_no_growth():
-    """Caches that fill, and peaks, are told from a leak; too few measurements have no trend."""
+    """Caches that fill and single peaks are not leaks; too few measurements give no trend."""
     memory_of({"heap": min(5.0 + number, 9.0)} for number in range(12)).check()
     memory_of({"server": 300.0 if number < 8 else 430.0} for number in range(12)).check()
     memory_of({"heap": 50.0 if number == 10 else 5.0} for number in range(12)).check()
@@ -127,7 +127,7 @@ def test_what_fills_at_first_or_comes_and_goes_is_no_growth():
 
 
 def test_what_the_watch_notes_ends_the_use(opened):
-    """A message in the console ends it at the next action, with its words."""
+    """A console message ends the use at the next action, with its text."""
     page = opened()
     watch = Watch(page, ())
     watch.problems.append("console, error: broken")

@@ -1,4 +1,4 @@
-"""A page whose server does not answer says what has happened and what to do, and goes on when it answers again."""
+"""A page whose server does not answer says what happened and what to do, and continues when it answers."""
 
 import re
 from contextlib import ExitStack
@@ -24,22 +24,22 @@ from tests.messages import assert_facts
 
 pytestmark = pytest.mark.slow_lane
 
-#: The command that a page names when its server has ended.
+#: The command that a page suggests when its server has ended.
 GONE = "eulerdisk explore"
 
-#: What a page says when another process answers: anything but that.
+#: The page's message when another process answers: any text without that command.
 REPLACED = re.compile(r"^(?!.*eulerdisk explore).*\S", re.DOTALL)
 
 
 @pytest.fixture
 def unwatched(browser, tabs):
-    """Return a function that opens a page of a server whose failures are meant."""
+    """Return a function that opens a page of a server whose failures are intended."""
     options = {"reduced_motion": "reduce", "viewport": {"width": 1280, "height": 800}}
     with ExitStack() as stack:
 
         def open_page(url, load=True):
             if not load:
-                # what such a page is given before it begins stays with its tab
+                # settings made before the page loads stay with its tab
                 context = browser.new_context(**options)
                 stack.callback(context.close)
                 page = context.new_page()
@@ -55,7 +55,7 @@ def unwatched(browser, tabs):
 
 
 def test_a_page_says_that_its_server_has_gone(unwatched):
-    """After the process has ended a sentence says so, and how to see the same view again; no browser's words do."""
+    """After the process has ended, a sentence says so and how to see the same view again, without browser errors."""
     with served() as running:
         page = unwatched(running.url)
         running.process.terminate()
@@ -75,19 +75,19 @@ def test_a_page_says_that_its_server_has_gone(unwatched):
 
 @pytest.mark.release
 def test_numbers_come_without_the_server(unwatched, explorer):
-    """The page computes windows and numbers by itself: with words that it knows it needs nobody for them."""
+    """The page computes windows and numbers by itself, without requests for known words."""
     page = unwatched(explorer.url)
     page.route("**/*", lambda route: route.abort("connectionrefused"))
     page.mouse.move(*point(page, 0.2, 0.2))
     wait_for_text(page, "#readout", "nutation period")
     page.mouse.wheel(0, -400)
     wait_for_picture(page)
-    # lines are of the server
+    # lines come from the server
     wait_for_text(page, "#notice", GONE)
 
 
 def test_a_page_goes_on_when_its_server_answers_again(unwatched, explorer):
-    """What was asked for in vain is asked for again: the picture, the lines and the motions are those of the page."""
+    """Failed requests are repeated: picture, lines and motions are then those of the page."""
     page = unwatched(explorer.url)
     page.route("**/*", lambda route: route.abort("connectionrefused"))
     page.locator("#slide-alpha").fill("1000")
@@ -106,13 +106,13 @@ def test_a_page_goes_on_when_its_server_answers_again(unwatched, explorer):
 
 
 def refuse(route):
-    """Answer as a server that has too many connections."""
+    """Answer like a server with too many connections."""
     route.fulfill(status=503, json={"error": "The explorer has no room.", "hint": "Close some.", "where": ""})
 
 
 @pytest.mark.release
 def test_a_page_begins_when_its_server_answers(unwatched, explorer):
-    """A page whose first question is not answered says so, and begins as soon as it is."""
+    """If its first request is not answered, a page says so and starts as soon as it is."""
     page = unwatched(explorer.url, load=False)
     page.route("**/about", lambda route: route.abort("connectionrefused"))
     page.goto(f"{explorer.url}#{BOTH}")
@@ -124,13 +124,13 @@ def test_a_page_begins_when_its_server_answers(unwatched, explorer):
 
 @pytest.mark.release
 def test_a_page_that_is_refused_at_first_can_try_again(unwatched, explorer):
-    """A page whose first question is refused has a button that asks once more."""
+    """If its first request is refused, a page has a button to retry."""
     page = unwatched(explorer.url, load=False)
     page.route("**/about", refuse)
     page.goto(f"{explorer.url}#{BOTH}")
     wait_for_text(page, "#notice", "no room. Close some.")
     page.unroute("**/about")
-    # what a second press would begin is a second page
+    # a second click would start a second page
     page.get_by_role("button", name="Try again").dblclick()
     page.wait_for_selector(COMPLETE)
     assert page.locator("#notice").inner_text() == ""
@@ -140,7 +140,7 @@ def test_a_page_that_is_refused_at_first_can_try_again(unwatched, explorer):
 
 @pytest.mark.parametrize("part", [pytest.param("main.js", marks=pytest.mark.release), "motion/panel.js"])
 def test_a_page_with_a_part_missing_says_so(unwatched, explorer, part):
-    """Where a file of the page does not come nothing can run: words that stand in the page say what to do."""
+    """If a file of the page is missing, nothing can run, and text in the page itself says what to do."""
     page = unwatched(explorer.url, load=False)
     page.route(f"**/page/{part}", lambda route: route.abort("connectionrefused"))
     page.add_init_script(
@@ -164,17 +164,17 @@ def test_a_page_with_a_part_missing_says_so(unwatched, explorer, part):
 @pytest.mark.release
 @pytest.mark.parametrize("what", ["plan", "lines"])
 def test_what_was_refused_can_be_asked_for_again(unwatched, explorer, what):
-    """A plan or lines that a server could not answer are told, with a button that asks once more."""
+    """If the server cannot answer a plan or lines, the page says so and has a button to retry."""
     page = unwatched(explorer.url)
     page.route(f"**/{what}", refuse)
     page.evaluate("fragment => { location.hash = fragment }", f"{BOTH}&with.alpha=0.6&a=2.4,0.02")
     told = page.locator("#notice")
     told.filter(has_text="no room. Close some.").wait_for()
-    # pictures that come after it do not take its place
+    # later pictures do not replace it
     page.wait_for_selector("#map[aria-busy=false]")
     page.wait_for_timeout(100)
     page.unroute(f"**/{what}")
-    # all at one time: what one of them brings back takes the others away
+    # all at once, because a successful retry removes the other buttons
     page.evaluate("document.querySelectorAll('button.again').forEach(each => each.click())")
     told.filter(has_not_text="no room").wait_for(state="attached")
     wait_for_picture(page)
@@ -185,7 +185,7 @@ def test_what_was_refused_can_be_asked_for_again(unwatched, explorer, what):
 
 @pytest.mark.release
 def test_lines_that_come_late_take_their_refusal_from_the_page(unwatched, explorer):
-    """That lines were refused is not told any more once they are there, whichever picture came before them."""
+    """The refusal of lines disappears once they arrive, whichever picture came before."""
     page = unwatched(explorer.url)
     page.route("**/lines", refuse)
     page.evaluate("fragment => { location.hash = fragment }", f"{BOTH}&with.alpha=0.6")
@@ -203,7 +203,7 @@ def test_lines_that_come_late_take_their_refusal_from_the_page(unwatched, explor
 
 @pytest.mark.release
 def test_a_button_that_tries_again_keeps_the_focus(unwatched, explorer):
-    """Where it is refused again the same button stays, and words are not told anew; where it goes the map is next."""
+    """After another refusal the same button stays, without repeated messages; after success the map has the focus."""
     page = unwatched(explorer.url)
     page.route("**/lines", refuse)
     page.evaluate("fragment => { location.hash = fragment }", f"{BOTH}&with.alpha=0.6")
@@ -231,7 +231,7 @@ def test_a_button_that_tries_again_keeps_the_focus(unwatched, explorer):
 
 @pytest.mark.parametrize("fault", ["damaged", pytest.param("old browser", marks=pytest.mark.release)])
 def test_an_exported_page_that_cannot_be_read_says_so(unwatched, tmp_path, fault):
-    """What is wrong with the cells that a page holds, or with the browser, is told in its notice and in the console."""
+    """Problems with a page's cells, or with the browser, are in its notice and in the console."""
     path = tmp_path / "page.html"
     words = {"roll_rate": "2.3:3.1:4", "tilt": "0.2deg:4deg:3:log"}
     export(subject_of(sweep.run("rolling", method="exact", progress=False, **words), {}), path)
@@ -253,7 +253,7 @@ def test_an_exported_page_that_cannot_be_read_says_so(unwatched, tmp_path, fault
 
 @pytest.mark.release
 def test_a_new_server_is_told_to_a_page_that_has_not_begun(unwatched, explorer):
-    """A page whose first question was lost says so, too, when a new process answers: nothing goes on by itself."""
+    """A page whose first request was lost says that a new process answers, and does not continue by itself."""
     page = unwatched(explorer.url, load=False)
     page.route("**/about", lambda route: route.abort("connectionrefused"))
     page.goto(f"{explorer.url}#{BOTH}")
@@ -267,7 +267,7 @@ def test_a_new_server_is_told_to_a_page_that_has_not_begun(unwatched, explorer):
 
 @pytest.mark.release
 def test_words_that_were_refused_are_asked_for_again(unwatched, explorer):
-    """An explanation that did not come is told, and asked for once more when it is opened again."""
+    """A failed explanation is reported and requested again when it is reopened."""
     page = unwatched(explorer.url)
     page.route("**/explain", refuse)
     page.evaluate("fragment => { location.hash = fragment }", f"{BOTH}&a=2.4,0.02&a.open=words")
@@ -279,7 +279,7 @@ def test_words_that_were_refused_are_asked_for_again(unwatched, explorer):
 
 
 def test_a_new_server_at_the_old_address_is_told(unwatched, explorer):
-    """A process that was started anew lets nobody in with the old token: the page says whose address to open."""
+    """A restarted process refuses the old token, and the page says which address to open."""
     page = unwatched(explorer.url)
     page.route("**/plan", lambda route: route.abort("connectionrefused"))
     page.route(

@@ -1,4 +1,4 @@
-"""The page on every screen: widths, sharp pixels, dark and light, and nothing that is cut."""
+"""The page on every screen: widths, sharp pixels, dark and light, and no clipped text."""
 
 import re
 from itertools import pairwise
@@ -13,7 +13,7 @@ pytestmark = pytest.mark.slow_lane
 
 
 def test_dark_and_light(opened):
-    """The page follows the system, the button goes to the other one, and the address keeps that."""
+    """The page follows the system's theme, the button switches it, and the address keeps the choice."""
     page = opened(BOTH, color_scheme="dark")
     background = "getComputedStyle(document.body).backgroundColor"
     dark = page.evaluate(background)
@@ -33,7 +33,7 @@ def test_dark_and_light(opened):
     ("system", "fragment"), [("dark", ""), ("light", ""), ("light", "theme=dark"), ("dark", "theme=light")]
 )
 def test_a_page_that_begins_does_not_flash(browser, explorer, system, fragment):
-    """While the server is asked for the first time the page has its light already, and one that begins keeps it."""
+    """The page has its theme before the first response and keeps it."""
     context = browser.new_context(color_scheme=system, reduced_motion="reduce")
     page = context.new_page()
     asked = []
@@ -50,7 +50,7 @@ def test_a_page_that_begins_does_not_flash(browser, explorer, system, fragment):
         page.goto(f"{explorer.url}#{fragment}")
     while not asked:
         page.wait_for_timeout(50)
-    # that the address is another light than the system is known once the modules are there
+    # that the address has another theme than the system is known once the modules are loaded
     if fragment:
         page.evaluate("seen = []")
     page.wait_for_timeout(100)
@@ -64,7 +64,7 @@ def test_a_page_that_begins_does_not_flash(browser, explorer, system, fragment):
 
 
 def test_page_fits_its_width(opened):
-    """Nothing is wider than the screen, the picture has most of a phone's width, and its pixels are the screen's."""
+    """Nothing is wider than the screen, the picture fills most of a phone's width, and its pixels are the screen's."""
     page = opened(BOTH)
     for width in (320, 360, 768, 1280, 2560):
         page.set_viewport_size({"width": width, "height": 800})
@@ -79,7 +79,7 @@ def test_page_fits_its_width(opened):
         assert shown(page)["width"] == plot(page)["width"] < box["width"]
 
 
-#: Elements whose text is cut, words of a drawing that leave it, and words of a legend that lie on others or beside it.
+#: Elements with clipped text, drawn text outside its drawing, and overlapping or misplaced legend text.
 CUT = """() => {
   const shown = (each) => each.getClientRects().length && !each.closest("#spoken, label[for^=value-criterion]");
   const cut = [...document.querySelectorAll("body *")].filter((each) =>
@@ -114,7 +114,7 @@ CUT = """() => {
 
 
 def test_nothing_is_cut(opened):
-    """At every width all numbers, titles, ticks and the samples of all lines are there, whole."""
+    """At every width, all numbers, titles, ticks and line samples are complete."""
     page = opened(viewport={"width": 320, "height": 900})
     page.wait_for_selector("#map .lines:not(.stale) .line.analytic", state="attached")
     click(page, 0.1, 0.2)
@@ -131,7 +131,7 @@ def test_nothing_is_cut(opened):
 
 @pytest.mark.release
 def test_the_legend_of_stored_cells_has_room(opened, served_with, tmp_path):
-    """The border of stored cells is named beside the title, however long that is and however narrow the screen."""
+    """The stored cells' border is named next to the title, even with a long title on a narrow screen."""
     path = tmp_path / "atlas.nc"
     sweep.run_to_file(
         "rolling", path, roll_rate="2.3:3.1:8", tilt="0.2deg:4deg:6:log", method="exact", progress=False
@@ -151,7 +151,7 @@ def test_the_legend_of_stored_cells_has_room(opened, served_with, tmp_path):
 
 @pytest.mark.release
 def test_words_of_a_start_fit_a_phone(opened):
-    """The long lines of an explanation are scrolled in their box: the page is not wider than the screen."""
+    """Long lines of an explanation scroll in their box, so the page is not wider than the screen."""
     page = opened(BOTH, viewport={"width": 360, "height": 740})
     click(page, 0.3, 0.2)
     page.wait_for_selector("#motions .slot[data-shown]")
@@ -162,13 +162,13 @@ def test_words_of_a_start_fit_a_phone(opened):
 
 @pytest.mark.release
 def test_sharp_screens_have_sharp_pictures(opened):
-    """On a screen with two pixels for one of CSS, the picture has them."""
+    """On a screen with two pixels per CSS pixel, the picture has that resolution."""
     page = opened(BOTH, device_scale_factor=2)
     assert shown(page)["width"] == 2 * plot(page)["width"]
 
 
 def test_numbers_of_an_axis_do_not_touch(opened):
-    """Along a logarithmic axis of less than two decades, where numbers crowd, there is room between them."""
+    """On a logarithmic axis of less than two decades, where numbers are dense, they do not touch."""
     page = opened("base=rolling&x=tilt,-8.35,0.85,log&y=roll_rate,2.6,0.2,linear")
     for width in (360, 1840):
         page.set_viewport_size({"width": width, "height": 800})
@@ -177,7 +177,7 @@ def test_numbers_of_an_axis_do_not_touch(opened):
             "#map .axis:nth-child(1 of .axis) text:not(.title)",
             "#map .legend g text[text-anchor=middle]",
         ):
-            # in one question: an axis that is drawn anew between two leaves boxes of nothing
+            # in one call, because a redrawn axis has empty boxes
             boxes = page.evaluate(
                 "words => [...document.querySelectorAll(words)].map((e) => e.getBoundingClientRect().toJSON())",
                 words,

@@ -1,4 +1,4 @@
-"""The page of a user's system in a real browser: what it says while its kernel is made, and the motion of a start."""
+"""The page of a user's system in a real browser: the notice while its kernel compiles, and a start's motion."""
 
 import re
 
@@ -12,7 +12,7 @@ pytestmark = pytest.mark.slow_lane
 
 @pytest.fixture
 def page(browser):
-    """Return a tab that has not begun to load."""
+    """Return a tab that has not started to load."""
     context = browser.new_context(viewport={"width": 1280, "height": 800})
     page = context.new_page()
     page.set_default_timeout(PATIENCE)
@@ -21,7 +21,7 @@ def page(browser):
 
 
 def test_a_page_that_waits_for_its_kernel_says_so(page, served_with):
-    """Until the first picture of a system is there a notice tells of its kernel; then it goes."""
+    """Until the first picture of a system, a notice says that its kernel is compiled."""
     waiting, of_kernel, is_held = [], re.compile("kernel"), True
 
     def hold(route):
@@ -43,7 +43,7 @@ def test_a_page_that_waits_for_its_kernel_says_so(page, served_with):
 
 
 def test_a_click_shows_the_motion_of_a_start(page, served_with):
-    """Each state against time, and the first two against each other; the slider moves a cursor in all of them."""
+    """Each state is plotted over time, and the first two in a plane; the slider moves all cursors."""
     address = served_with("thomas").url
     watch = Watch(page, (address,))
     page.goto(address)
@@ -59,14 +59,14 @@ def test_a_click_shows_the_motion_of_a_start(page, served_with):
     motion.locator("input.time").fill("400")
     after = cursors(motion)
     assert len(before) == len(after) == 4
-    # one that moved by less than a pixel would be one that does not move
+    # a cursor must move by more than a pixel
     assert all(abs(a - b) > 1.0 for a, b in zip(before[:3], after[:3], strict=True))
     assert before[3] != after[3]
     assert watch.problems == []
 
 
 def cursors(motion):
-    """Return where the cursor of each plot is along its first axis [pixels]."""
+    """Return the position of each plot's cursor along its first axis [pixels]."""
     return motion.locator(".plot").evaluate_all(
         """all => all.map((each) => {
             const { x } = each.querySelector(".cursor").getBoundingClientRect();

@@ -1,4 +1,4 @@
-"""What makes a test of the page fail by itself is seen: messages, exceptions, requests that fail or go elsewhere."""
+"""The watch on a page reports messages, exceptions, and requests that fail or leave the server."""
 
 import pytest
 from explorer_browser import Watch
@@ -9,7 +9,7 @@ OWN = "http://127.0.0.1:9/token/"
 
 
 def problems_of(browser, script):
-    """Return what the watch notes of a page that runs a script; it is asked for at OWN, where nothing else is."""
+    """Return the problems of a page that runs a script; the page is served at OWN."""
     context = browser.new_context()
     page = context.new_page()
     page.route(
@@ -24,21 +24,21 @@ def problems_of(browser, script):
     )
     watch = Watch(page, (OWN,))
     page.goto(OWN, wait_until="networkidle")
-    # unhandled rejections are told a moment later
+    # unhandled rejections are reported a moment later
     page.wait_for_timeout(50)
     context.close()
     return watch.problems
 
 
 def test_quiet_page_is_no_problem(browser):
-    """A page that does nothing, or that ends a request of its own, is no problem."""
+    """A page that does nothing, or cancels its own request, has no problem."""
     assert problems_of(browser, "") == []
     ended = "const c = new AbortController(); fetch('x', {signal: c.signal}).catch(() => 0); c.abort();"
     assert problems_of(browser, ended) == []
 
 
 def test_messages_and_exceptions_are_problems(browser):
-    """A message in the console, an exception and a promise that nobody waited for are told with their words."""
+    """A console message, an exception and an unhandled rejection are reported with their text."""
     for script in (
         "console.error('broken')",
         "console.warn('broken')",
@@ -50,7 +50,7 @@ def test_messages_and_exceptions_are_problems(browser):
 
 
 def test_failed_and_foreign_requests_are_problems(browser):
-    """A request that is refused and one that leaves the server's own addresses are told with the address."""
+    """A failed request, and one to a foreign address, are reported with the address."""
     refused = problems_of(browser, "fetch('missing')")
     assert any("404" in problem and f"{OWN}missing" in problem for problem in refused)
     foreign = problems_of(browser, "new Image().src = 'http://127.0.0.1:10/picture.png'")

@@ -1,1 +1,1 @@
-"""Tests of what the explorer's page computes, in Node. They are a package, as those in a browser are."""
+"""Tests of the explorer page's computations in Node; a package, like the browser tests."""

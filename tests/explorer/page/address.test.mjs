@@ -1,4 +1,4 @@
-/** The address: a state is read back as it was written, and what cannot be read is as at the start. */
+/** The address: a state is read back as written, and unreadable parts have their initial values. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -33,19 +33,19 @@ const FULL = {
   theme: "dark",
 };
 
-test("a state in which everything is set is read back, with and without a hash", () => {
+test("a complete state is read back, with and without a hash", () => {
   assert.deepEqual(stateOf(fragmentOf(FULL), ABOUT), FULL);
   assert.deepEqual(stateOf(`#${fragmentOf(FULL)}`, ABOUT), FULL);
 });
 
-test("the first state has a short address, and is read back", () => {
+test("the initial state has a short address and is read back", () => {
   const fragment = "base=rolling&x=roll_rate,3,1,linear&y=tilt,-4,2,log&quantity=peak_tilt";
   assert.equal(fragmentOf(FIRST), fragment);
   assert.deepEqual(stateOf(fragment, ABOUT), FIRST);
   assert.deepEqual(stateOf("", ABOUT), FIRST);
 });
 
-test("an address has its entries by the names that are documented", () => {
+test("the entries of an address have the documented names", () => {
   const entries = Object.fromEntries(new URLSearchParams(fragmentOf(FULL)));
   assert.deepEqual(entries, {
     base: "spinning",
@@ -73,7 +73,7 @@ test("an address has its entries by the names that are documented", () => {
   assert.match(fragmentOf(FIRST), /x=roll_rate,3,1/);
 });
 
-test("times and cameras have six digits; all other numbers have all of theirs", () => {
+test("times and cameras have six digits; all other numbers have all digits", () => {
   const third = { ...FULL, time: 1 / 3, points: [{ x: 1 / 3, y: 2 / 3 }, null] };
   third.motions = [{ losses: {}, camera: [1 / 3, 2 / 3, 100 / 3], open: [] }, UNSET];
   const { time, points, motions } = stateOf(fragmentOf(third), ABOUT);
@@ -82,12 +82,12 @@ test("times and cameras have six digits; all other numbers have all of theirs", 
   assert.deepEqual(motions[0].camera, [0.333333, 0.666667, 33.3333]);
 });
 
-test("what is set of a motion without a start is not written", () => {
+test("settings of a motion without a start are not written", () => {
   const fragment = fragmentOf({ ...FIRST, motions: [FULL.motions[0], UNSET] });
   assert.equal(fragment, fragmentOf(FIRST));
 });
 
-test("signs that programs encode, and those they leave, are read as they were meant", () => {
+test("encoded and plain special characters are read correctly", () => {
   const { view } = stateOf(
     "x=roll_rate%2C%2B2.5%2C5e-1%2Clinear&y=tilt,-4.5e+0,1.5,log&with.criterion=departure%3A7deg&theme=dark)",
     ABOUT,
@@ -101,7 +101,7 @@ test("signs that programs encode, and those they leave, are read as they were me
   );
 });
 
-test("two numbers are a point where their sum is none", () => {
+test("two numbers are a point even if their sum overflows", () => {
   assert.deepEqual(stateOf("a=1e308,1.5e308", ABOUT).points[0], { x: 1e308, y: 1.5e308 });
 });
 
@@ -127,12 +127,12 @@ const SENSELESS = [
 ];
 
 for (const fragment of SENSELESS) {
-  test(`nothing is read of ${fragment.slice(0, 60)}`, () => {
+  test(`nothing is read from ${fragment.slice(0, 60)}`, () => {
     assert.deepEqual(stateOf(fragment, ABOUT), FIRST);
   });
 }
 
-/** What an address may say of a motion, and no page reads. */
+/** Unreadable settings of a motion. */
 const SENSELESS_OF_A_MOTION = [
   "camera= , ,4",
   "loss.air_law=%20",
@@ -146,14 +146,14 @@ const SENSELESS_OF_A_MOTION = [
 ];
 
 for (const entry of SENSELESS_OF_A_MOTION) {
-  test(`nothing is set of a motion by ${entry.slice(0, 40)}`, () => {
+  test(`${entry.slice(0, 40)} does not set anything of a motion`, () => {
     const { points, motions } = stateOf(`a=2,0.1&a.${entry}`, ABOUT);
     assert.deepEqual(points[0], { x: 2, y: 0.1 });
     assert.deepEqual(motions, [UNSET, UNSET]);
   });
 }
 
-test("the light of an address is known without all else", () => {
+test("the theme of an address is known without the rest", () => {
   assert.deepEqual(["theme=dark", "#x=1&theme=light", "theme=pink", ""].map(themeOf), [
     "dark",
     "light",

@@ -1,8 +1,8 @@
-"""What tests ask the page itself: windows, points and motions, as it computes them for its map and its panels."""
+"""Ask the page for windows, points and motions, computed as for its map and panels."""
 
 import numpy as np
 
-#: Ask the page, and return typed arrays with their kind.
+#: Ask the page, and return typed arrays with their types.
 ASK = """async ([what, request]) => {
     if (!window.asking) {
         const { ServerSource } = await import("eulerdisk/server_source");
@@ -25,15 +25,16 @@ ASK = """async ([what, request]) => {
 
 
 class Refused(Exception):  # noqa: N818 - no error of the test
-    """The page tells a problem: its words, and what to do."""
+    """A problem that the page reports, with its hint."""
 
 
 def ask(page, what, **request):
-    """Return what the page computes: head and arrays of a window or a motion, or the answer of a point.
+    """Return the page's result: head and arrays of a window or a motion, or the numbers of a point.
 
     Raises
     ------
     Refused
+        If the page reports a problem.
     """
     answer = page.evaluate(ASK, [what, request])
     if "refused" in answer:

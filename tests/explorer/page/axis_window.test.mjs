@@ -1,4 +1,4 @@
-/** Windows along one axis: places and values, zoom, and where a window ends. */
+/** Windows along one axis: places and values, zoom, and the limits of a window. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -32,7 +32,7 @@ test("the middle and the ends of a window have their values", () => {
   assert.deepEqual(ends(LINEAR), [1, 5]);
 });
 
-test("a value leads back to its place; a logarithmic axis has none of a negative value", () => {
+test("a value has its place; on a logarithmic axis a negative value has none", () => {
   for (const axis of [LINEAR, LOG]) {
     for (const place of [-1, -0.3, 0, 0.7, 1]) near(placeOf(axis, valueAt(axis, place)), place);
   }
@@ -40,14 +40,14 @@ test("a value leads back to its place; a logarithmic axis has none of a negative
   assert.equal(placeOf(LOG, 0), -Infinity);
 });
 
-test("pixels have the values of their middles, from the low end", () => {
+test("pixels have the values at their centers, from the low end", () => {
   assert.deepEqual(
     [0, 1, 2, 3].map((pixel) => pixelValue(LINEAR, pixel, 4)),
     [1.5, 2.5, 3.5, 4.5],
   );
 });
 
-test("the unit in the last place is that of the next double, of small and large numbers too", () => {
+test("the unit in the last place is the distance to the next double, for small and large numbers", () => {
   assert.equal(ulp(0), 2 ** -1074);
   assert.equal(ulp(-1), 2 ** -52);
   assert.equal(ulp(Number.MAX_VALUE), 2 ** 971);
@@ -55,32 +55,32 @@ test("the unit in the last place is that of the next double, of small and large 
   assert.equal(ulp(2 ** -1022), 2 ** -1074);
 });
 
-test("the roundest value within a pixel is told, in the unit that people read", () => {
+test("the roundest value within a pixel is displayed, in the displayed unit", () => {
   assert.equal(roundestAt({ ...LINEAR, centre: Math.PI, half: 1 }, 0, 100, 1), 3.14);
   assert.equal(roundestAt({ ...LINEAR, centre: Math.PI, half: 1 }, 0, 4, 1), 3);
   const degrees = 180 / Math.PI;
   assert.equal(roundestAt({ ...LINEAR, centre: 0.35, half: 0.1 }, 0, 20, degrees), 20 / degrees);
-  // where all digits are needed the value is that of the place
+  // if all digits are needed, the value is that of the place
   const narrow = { ...LINEAR, centre: 1 / 3, half: 2 ** -54 };
   assert.equal(roundestAt(narrow, 0, 1000, 1), 1 / 3);
 });
 
-test("an axis from one value to another has them as its ends", () => {
+test("an axis from one value to another ends at these values", () => {
   const [low, high] = ends(axisBetween("x", 0.1, 1000, "log"));
   near(low, 0.1);
   near(high, 1000);
   assert.deepEqual(axisBetween("x", -2, 6, "linear"), { name: "x", centre: 2, half: 4, scale: "linear" });
-  // a logarithm does not begin at 0
+  // a logarithmic axis cannot start at 0
   assert.deepEqual(axisBetween("x", 0, 6, "log"), { name: "x", centre: 3, half: 3, scale: "linear" });
 });
 
-test("a pixel may be eight units in the last place wide, and of a logarithm eight times that of 1", () => {
+test("a pixel is at least eight units in the last place wide, and for a logarithm eight times that of 1", () => {
   assert.equal(leastHalf({ ...LINEAR, centre: 3 }, 100), (8 * 2 ** -51 * 100) / 2);
   assert.equal(leastHalf({ ...LOG, centre: 0.001 }, 100), (8 * 2 ** -52 * 100) / 2);
   assert.equal(leastHalf({ ...LOG, centre: -5 }, 100), (8 * 2 ** -50 * 100) / 2);
 });
 
-test("zoom keeps the value at its place, and ends at both limits", () => {
+test("zoom keeps the value at its place and stops at both limits", () => {
   const limits = { least: 1e-3, most: 10 };
   for (const place of [-1, -0.25, 0, 0.6]) {
     for (const factor of [0.5, 3]) {
@@ -92,19 +92,19 @@ test("zoom keeps the value at its place, and ends at both limits", () => {
   assert.equal(zoomed(LINEAR, 1e9, 0, limits).half, 10);
 });
 
-test("an axis beyond a limit may stay as it is, but goes no farther", () => {
+test("an axis beyond a limit may stay but not move further", () => {
   const wide = { ...LINEAR, half: 50 };
   assert.equal(zoomed(wide, 2, 0, { least: 1, most: 10 }).half, 50);
   assert.equal(zoomed(wide, 0.5, 0, { least: 1, most: 10 }).half, 25);
   assert.equal(zoomed({ ...LINEAR, half: 0.1 }, 0.5, 0, { least: 1, most: 10 }).half, 0.1);
 });
 
-test("an axis is moved by halves of its width", () => {
+test("an axis moves by multiples of half its width", () => {
   assert.deepEqual(moved(LINEAR, 0.5), { ...LINEAR, centre: 4 });
   assert.deepEqual(moved(LINEAR, -2), { ...LINEAR, centre: -1 });
 });
 
-test("an axis within limits stays; one beyond is moved, and one too wide is narrowed", () => {
+test("an axis within limits stays, one beyond is moved, and one too wide is narrowed", () => {
   assert.deepEqual(within(LINEAR, 0, 10), LINEAR);
   assert.deepEqual(within(LINEAR, null, null), LINEAR);
   assert.deepEqual(within(LINEAR, 2, 10), { ...LINEAR, centre: 4 });
@@ -115,12 +115,12 @@ test("an axis within limits stays; one beyond is moved, and one too wide is narr
   near(high, 1e3, 1e-12);
 });
 
-test("a logarithmic axis whose parameter may be 0 ends at the smallest numbers", () => {
+test("a logarithmic axis of a parameter that may be 0 ends at the smallest numbers", () => {
   const [low, high] = ends(within({ ...LOG, centre: 0, half: 1e4 }, 0, null));
   assert.ok(low > 0 && high < Infinity);
 });
 
-test("where one axis lies on another is a scale and an offset; axes of other names or scales do not meet", () => {
+test("the map between two axes is a scale and an offset; axes with other names or scales have none", () => {
   assert.deepEqual(between({ ...LINEAR, centre: 4, half: 1 }, LINEAR), [0.5, 0.5]);
   assert.deepEqual(between(LINEAR, LINEAR), [1, 0]);
   assert.equal(between(LINEAR, { ...LINEAR, name: "y" }), null);

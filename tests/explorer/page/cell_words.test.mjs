@@ -1,4 +1,4 @@
-/** The words of a cell where no server explains it. */
+/** The text about a cell without a server. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -59,7 +59,7 @@ test("a row that no line crosses, and a plane without a control, have no lines",
   assert.ok(!wordsOfCell({ ...CELL, sides }).includes("this cell"));
 });
 
-test("along an upward control the crossings are those of the column, and a verdict may have no criterion", () => {
+test("along a vertical control the crossings are those of the column, and a verdict may have no criterion", () => {
   const turned = LINES.map((line) => ({
     ...line,
     points: line.points.map((all) => all.map(([x, y]) => [y, x])),

@@ -1,4 +1,4 @@
-/** Windows and points by a plan: how the pieces come together, and what is told of a cell. */
+/** Windows and points from a plan: combining pieces, and the text about a cell. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -8,7 +8,7 @@ import { RATE, TILT } from "./about.mjs";
 const PLAN = { timed: ["period"], path: [], criterion: { named: [], timed: false } };
 const VIEW = { base: "", words: {}, x: RATE, y: TILT };
 
-/** A computation whose cells have their column and row as values, of the whole window. */
+/** A computation of the whole window, in which cells have their column and row as values. */
 function computing(size, answer) {
   const asked = [];
   const ask = async (what, question, more) => {
@@ -38,7 +38,7 @@ const numbered = (at) => {
 };
 
 for (const x of [RATE, { ...RATE, name: "alpha" }]) {
-  test(`a window is put together of its pieces, with ${x.name} along it`, async () => {
+  test(`a window is combined from its pieces, with ${x.name} along it`, async () => {
     const computation = computing(3, numbered);
     const request = { view: { ...VIEW, x }, width: 300, height: 200, quantity: "peak_tilt" };
     const { head, value, verdict, stored, width } = await computedWindow(computation, PLAN, request);
@@ -67,7 +67,7 @@ test("windows without values have no ends", async () => {
   assert.ok(none.asked.every(({ timed }) => timed));
 });
 
-test("zoom ends where a pixel of either side is below eight units in the last place", async () => {
+test("zoom ends if a pixel is narrower than eight units in the last place along either side", async () => {
   for (const side of ["x", "y"]) {
     for (const [units, end] of [
       [7.9, true],
@@ -86,7 +86,7 @@ test("the program computes windows of systems, and the page all others", () => {
   assert.equal(isSlow({ ...PLAN, system: {} }), true);
 });
 
-test("a cell is asked for at its place, and has one number of each column", async () => {
+test("a cell is requested at its place and has one number per column", async () => {
   const asked = [];
   const columns = { tilt: Float64Array.of(0.5), ending: Int32Array.of(4), period: Float64Array.of(NaN) };
   const computation = { ask: async (...given) => (asked.push(given), columns) };
@@ -99,7 +99,7 @@ test("a cell is asked for at its place, and has one number of each column", asyn
   assert.deepEqual([what, count, [...given.roll_rate], [...given.tilt]], ["cells", 1, [2], [0.5]]);
 });
 
-test("numbers are told in their unit, with three digits in single precision; what is none says so", () => {
+test("numbers have their unit, and three digits in single precision; a missing number is stated", () => {
   const told = { name: "x", unit: "deg", factor: 180 / Math.PI, single: false, flags: null };
   assert.deepEqual(shown(told, 1), { value: 1, text: "57.2958 deg" });
   assert.deepEqual(shown({ ...told, single: true }, 1), { value: 1, text: "57.3 deg" });
@@ -113,7 +113,7 @@ test("numbers are told in their unit, with three digits in single precision; wha
   );
 });
 
-test("a cell tells the numbers that it has, its start and its verdict", () => {
+test("a cell reports its numbers, its start and its verdict", () => {
   const number = (name) => ({
     name,
     label: `${name}!`,

@@ -1,4 +1,4 @@
-/** The clock of motions: it plays, rests, is held, and has a speed that suits the length. */
+/** The clock of motions: it plays, pauses, is held, and has a speed that suits the length. */
 
 import assert from "node:assert/strict";
 import { afterEach, test } from "node:test";
@@ -10,14 +10,14 @@ globalThis.cancelAnimationFrame = () => (frames = []);
 const frame = (now) => frames.shift()(now);
 afterEach(() => (frames = []));
 
-/** A clock with a motion of so many seconds. */
+/** A clock with a motion of this length [s]. */
 function clockOf(length) {
   const clock = new Clock();
   clock.enter("A", length);
   return clock;
 }
 
-test("a motion goes on where it was paused, and no picture stands for more than a tenth of a second", () => {
+test("a motion continues where it was paused, and no frame lasts more than a tenth of a second", () => {
   const clock = clockOf(9);
   clock.play();
   const times = [1000, 1050, 1090].map((now) => (frame(now), clock.time));
@@ -28,7 +28,7 @@ test("a motion goes on where it was paused, and no picture stands for more than 
   [0, 0.05, 0.09, 0.09, 0.13, 0.23].forEach((time, i) => assert.ok(Math.abs(times[i] - time) < 1e-12));
 });
 
-test("it ends with the longest motion, and begins anew after its end", () => {
+test("it stops with the longest motion and restarts after its end", () => {
   const clock = clockOf(1);
   clock.enter("B", 2);
   clock.setSpeed(50);
@@ -55,7 +55,7 @@ test("a motion takes about nine seconds, unless a speed is chosen", () => {
   );
 });
 
-test("a time is kept within the motion; one that leaves takes the clock with it", () => {
+test("a time is kept within the motion; if the motion leaves, the clock is reset", () => {
   const clock = clockOf(5);
   const times = [-1, 3, 9].map((time) => (clock.seek(time), clock.time));
   assert.deepEqual(times, [0, 3, 5]);
@@ -67,7 +67,7 @@ test("a time is kept within the motion; one that leaves takes the clock with it"
   assert.equal(clock.playing, false);
 });
 
-test("a held clock stands though motions begin, until it is moved or plays", () => {
+test("a held clock stands although motions start, until it is moved or plays", () => {
   const clock = clockOf(5);
   clock.play();
   clock.hold(1.25);
@@ -83,7 +83,7 @@ test("a held clock stands though motions begin, until it is moved or plays", () 
   assert.deepEqual([clock.playing, clock.time], [false, 0]);
 });
 
-test("a time stands for an address only where the clock was put to rest on the way", () => {
+test("a time is written to an address only if the clock stands before the end", () => {
   const clock = clockOf(5);
   assert.equal(clock.standing, null);
   clock.seek(2);
@@ -93,7 +93,7 @@ test("a time stands for an address only where the clock was put to rest on the w
   clock.pause();
   clock.seek(5);
   assert.equal(clock.standing, null);
-  // held before its motion is there
+  // held before its motion arrives
   const early = new Clock();
   early.hold(7);
   assert.equal(early.standing, 7);

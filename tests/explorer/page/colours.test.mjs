@@ -1,4 +1,4 @@
-/** Pixels of a picture; test_arithmetic.py holds colours and ranges against matplotlib. */
+/** Pixels of a picture; test_arithmetic.py compares colors and ranges with matplotlib. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -29,12 +29,12 @@ test("the middle of a logarithmic range is the geometric mean; 0 has the first s
   assert.deepEqual(found, [LIGHT, LIGHT, [...shade(512 / 1023), 255], DARK, DARK, DARK]);
 });
 
-test("flags have their colours, and a code without words none", () => {
+test("flags have their colors, and unknown codes have none", () => {
   const found = painted([0, 1, 2, 255], 4, 1, VERDICT, { low: 0, high: 1, scale: "linear" });
   assert.deepEqual(found, [[0x9a, 0x9a, 0x9a, 255], [0x3b, 0x76, 0xaf, 255], [0xee, 0x8a, 0x2e, 255], NONE]);
 });
 
-test("shades go from light to dark and end at both ends", () => {
+test("shades go from light to dark and stop at both ends", () => {
   assert.deepEqual(
     [-1, 0, 1, 2].map(shade),
     [LIGHT, LIGHT, DARK, DARK].map((each) => each.slice(0, 3)),
@@ -43,7 +43,7 @@ test("shades go from light to dark and end at both ends", () => {
   assert.ok(sums.every((each, i) => i === 0 || each <= sums[i - 1] + 3));
 });
 
-test("flags of no own colours have shades in the order of their codes; what is open is grey", () => {
+test("flags without their own colors have shades in the order of their codes; undecided is gray", () => {
   const quantity = { name: "ending", flags: { 0: "undecided", 3: "a", 7: "b", 9: "sensitive", 12: "c" } };
   const hex = (share) =>
     "#" +
@@ -57,7 +57,7 @@ test("flags of no own colours have shades in the order of their codes; what is o
   assert.equal(flagColour({ name: "x", flags: { 4: "only" } }, 4), hex(0));
 });
 
-test("a range without values, and of equal ones, is a range all the same", () => {
+test("a range without values, or with equal ones, is a valid range", () => {
   assert.deepEqual(rangeFor(NUMBER, null, null), { low: 0, high: 1, scale: "linear" });
   for (const value of [-5, 0, 5]) {
     const { low, high } = rangeFor({ ...NUMBER, is_peak: false }, value, value);
@@ -68,7 +68,7 @@ test("a range without values, and of equal ones, is a range all the same", () =>
   assert.ok(high > 5 && high < 5.1);
 });
 
-test("numbers that span decades are logarithmic from the least above zero; the peak always is", () => {
+test("numbers that span decades are logarithmic from the least positive one; the peak always is", () => {
   const other = { ...NUMBER, is_peak: false };
   const log = (low, high) => ({ low, high, scale: "log" });
   const linear = (low, high) => ({ low, high, scale: "linear" });

@@ -1,11 +1,11 @@
-/** Questions to workers: their order, those that nobody wants, and the pieces of windows. */
+/** Questions to workers: their order, canceled ones, and the pieces of windows. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { Computation, pieces } from "eulerdisk/compute/computation";
 import { Problem } from "eulerdisk/notice";
 
-/** Workers that answer when they are told to, and what they were asked. */
+/** Workers that answer on demand, and the questions they got. */
 class HeldWorker {
   static all = [];
   static asked = [];
@@ -20,10 +20,10 @@ class HeldWorker {
   }
 }
 
-/** A module of WebAssembly without content. */
+/** An empty WebAssembly module. */
 const EMPTY = Uint8Array.of(0, 97, 115, 109, 1, 0, 0, 0);
 
-/** A computation with so many workers, all of them ready. */
+/** A computation with this many workers, all ready. */
 async function computing(count, content = Promise.resolve(EMPTY), worker = HeldWorker) {
   [HeldWorker.all, HeldWorker.asked] = [[], []];
   globalThis.Worker = worker;
@@ -35,7 +35,7 @@ async function computing(count, content = Promise.resolve(EMPTY), worker = HeldW
 
 const settle = () => new Promise((resolve) => setImmediate(resolve));
 
-/** Let the worker that was asked first answer, and wait until it is free. */
+/** Let the first worker with a question answer, and wait until it is free. */
 async function answer(data = { found: "yes" }) {
   const { worker, ...message } = HeldWorker.asked.shift();
   worker.onmessage({ data });
@@ -43,13 +43,13 @@ async function answer(data = { found: "yes" }) {
   return message.asked;
 }
 
-test("there are as many workers as processors, six at most", async () => {
+test("there are as many workers as processors, at most six", async () => {
   assert.equal((await computing(3)).size, 3);
   assert.equal((await computing(64)).size, 6);
   assert.equal((await computing(0)).size, 2);
 });
 
-test("who asks first is answered first, and a lower order comes before a higher one", async () => {
+test("questions are answered in sequence, a lower order before a higher one", async () => {
   const computation = await computing(1);
   const found = ["a", "b", "c", "d"].map((each, i) =>
     computation.ask("piece", each, { order: [9, 9, 0, 9][i] }),
@@ -61,7 +61,7 @@ test("who asks first is answered first, and a lower order comes before a higher 
   assert.deepEqual(await Promise.all(found), [0, 2, 1, 3]);
 });
 
-test("all workers answer at a time", async () => {
+test("all workers answer at the same time", async () => {
   const computation = await computing(2);
   for (const each of "abc") void computation.ask("piece", each);
   await settle();
@@ -74,7 +74,7 @@ test("all workers answer at a time", async () => {
   );
 });
 
-test("what nobody wants any more is not computed", async () => {
+test("canceled questions are not computed", async () => {
   const computation = await computing(1);
   const controller = new AbortController();
   void computation.ask("piece", "a");
@@ -89,7 +89,7 @@ test("what nobody wants any more is not computed", async () => {
   assert.equal(await after, 3);
 });
 
-test("a problem of a worker is told, and it answers the next question", async () => {
+test("a worker's problem is reported, and it answers the next question", async () => {
   const computation = await computing(1);
   const isTold = (problem) => problem instanceof Problem && problem.message === "Error: no";
   const refused = assert.rejects(computation.ask("call", "a"), isTold);
@@ -101,7 +101,7 @@ test("a problem of a worker is told, and it answers the next question", async ()
   assert.equal(await next, 1);
 });
 
-test("where no module can be made every question is refused, with what to do", async () => {
+test("if no module can be made, every question is refused with advice", async () => {
   const computation = await computing(1, Promise.resolve(Uint8Array.of(1)));
   for (let i = 0; i < 2; i += 1) {
     await assert.rejects(computation.ask("call", {}), {
@@ -111,7 +111,7 @@ test("where no module can be made every question is refused, with what to do", a
   }
 });
 
-test("where the browser refuses workers every question is refused, with what to allow", async () => {
+test("if the browser refuses workers, every question is refused with what to allow", async () => {
   class Thrown {
     constructor() {
       throw new DOMException("no workers here", "SecurityError");
@@ -119,7 +119,7 @@ test("where the browser refuses workers every question is refused, with what to 
   }
   class NeverLoaded extends HeldWorker {
     postMessage() {
-      // an event of a script that was not loaded has no message
+      // the error event of a script that failed to load has no message
       queueMicrotask(() => this.onerror({ preventDefault() {} }));
     }
   }
@@ -154,7 +154,7 @@ test("pieces cover a window once, in whole rows or whole columns", () => {
   }
 });
 
-test("pieces have no more cells than their kind allows, and each worker has two", () => {
+test("pieces have at most as many cells as their kind allows, and each worker has two", () => {
   const window = { width: 1000, height: 1000, byColumns: false, most: Infinity, workers: 2 };
   const rows = (kind, more) => pieces({ ...window, kind, ...more })[0].y[1];
   assert.deepEqual(

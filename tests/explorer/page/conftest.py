@@ -1,7 +1,7 @@
-"""Node in place of a browser, for what the page computes.
+"""Node instead of a browser, for the page's computations.
 
 `node` runs the page of the presets for all tests of a module; `opened(url=None)` runs
-that of any explorer until the test ends.
+any explorer's page until the test ends.
 """
 
 from collections.abc import Callable, Iterator
@@ -21,6 +21,6 @@ def node(url: str) -> Iterator[NodePage]:
 
 @pytest.fixture
 def opened(url: str) -> Iterator[Callable[..., NodePage]]:
-    """Return a function that runs the page of an explorer, that of the presets if none is given."""
+    """Return a function that runs an explorer's page, by default that of the presets."""
     with ExitStack() as stack:
         yield lambda url=url: stack.enter_context(closing(NodePage(url)))

@@ -1,4 +1,4 @@
-/** What follows from measures of cells of the disk; test_truth.py holds cells of random starts against the program. */
+/** Derived values of disk cells; test_truth.py compares random cells with the program. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -33,7 +33,7 @@ const starts = (tilts, rate = 0) => ({
 const found = (plan, given, measured, wanted) =>
   plain(diskColumns(plan, given, measured, given.tilt.length, wanted));
 
-test("the peak is the larger tilt to either side, and amplification is how far it went over the disturbance", () => {
+test("the peak is the larger tilt on either side, and amplification is the reach over the disturbance", () => {
   const measured = { tilt_min: doubles(-0.3, -0.1), tilt_max: doubles(0.2, 0.4), ending: doubles(1, 1) };
   const { peak_tilt, amplification, stability } = found(PLAN, starts([0.1, 0.2]), measured);
   assert.deepEqual(peak_tilt, [0.3, 0.4]);
@@ -41,7 +41,7 @@ test("the peak is the larger tilt to either side, and amplification is how far i
   assert.deepEqual(stability, [1, 1]);
 });
 
-test("a kick is as large as the tilt that it has alone in half a swing of no spin", () => {
+test("a kick counts as the tilt that it causes without spin in half a swing", () => {
   const measured = { tilt_min: doubles(0), tilt_max: doubles(1), ending: doubles(1) };
   const rate = 3 * Math.sqrt((2 * 9.81) / (2.5 * 0.5));
   const { amplification } = found(PLAN, starts([4], rate), measured);
@@ -77,7 +77,7 @@ test("a steady motion is disturbed at its own tilt, a spheroid on its end at a r
   assert.deepEqual(reach(3, [1.5]), [1.5]);
 });
 
-test("regimes count wells and crossings; a fall and what failed are their own", () => {
+test("regimes count wells and crossings; falls and failures have their own", () => {
   const measured = {
     wells: Int32Array.of(1, 1, 2, 2, 1, 1, 0),
     tilt_min: doubles(0.1, -0.1, 0.1, -0.1, 0.1, 0.1, 0.1),
@@ -87,7 +87,7 @@ test("regimes count wells and crossings; a fall and what failed are their own", 
   assert.deepEqual(found(PLAN, starts([1, 1, 1, 1, 1, 1, 1]), measured).regime, [0, 1, 2, 3, 4, 5, 5]);
 });
 
-test("the largest loss is counted from 1, and is 0 where nothing was lost", () => {
+test("the largest loss is counted from 1, and is 0 if nothing was lost", () => {
   const plan = { ...PLAN, losses: ["rolling", "air"] };
   const measured = {
     rolling: doubles(0, 2, 1, NaN),
@@ -99,7 +99,7 @@ test("the largest loss is counted from 1, and is 0 where nothing was lost", () =
   assert.deepEqual(found(plan, starts([1, 1, 1, 1]), measured).largest_loss, [0, 1, 2, 2]);
 });
 
-test("only what is wanted is computed, with what the criterion judges by; some is in single precision", () => {
+test("only requested values and those of the criterion are computed, some in single precision", () => {
   const measured = () => ({ tilt_min: doubles(-0.1), tilt_max: doubles(0.3), ending: doubles(1) });
   assert.deepEqual(
     Object.keys(found(PLAN, starts([0.1]), measured(), "tilt_min")).includes("peak_tilt"),

@@ -1,6 +1,6 @@
 /**
- * Evaluates JavaScript for Python (node_page.py): each line of the input is a JSON string with a function and its argument,
- * each line of the output what it returned. Addresses are relative to that of the page, the first argument.
+ * Evaluates JavaScript for Python (node_page.py): each input line is a JSON string with a function and its argument, and
+ * each output line is its result. Addresses are relative to the page's address, the first argument.
  */
 
 import { createInterface } from "node:readline";
@@ -11,7 +11,7 @@ const [, , address] = process.argv;
 globalThis.window = globalThis;
 globalThis.fetch = (where, ...more) => fetching(new URL(where, address), ...more);
 
-/** JSON with the numbers that it lacks, as Python reads them. */
+/** JSON with NaN and infinity, as Python reads them. */
 function written(value) {
   const marked = JSON.stringify(value, (_, each) => {
     const isPlain = typeof each !== "number" || (Number.isFinite(each) && !Object.is(each, -0));
@@ -23,7 +23,7 @@ function written(value) {
 for await (const line of createInterface({ input: process.stdin })) {
   let answer;
   try {
-    // a direct call, so that what is evaluated imports modules as this one does
+    // a direct eval, so that imports work as in this module
     answer = { found: await eval(JSON.parse(line)) };
   } catch (problem) {
     answer = { problem: problem.stack ?? String(problem) };

@@ -1,4 +1,4 @@
-/** Losses beside a motion: their words, what is refused, and their sliders. */
+/** Losses of a motion: their words, refusals, and sliders. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -63,7 +63,7 @@ test("a mass alone is no loss, and a loss brings what its law needs", () => {
   assert.deepEqual(lossWords(TABLES, { air_law: "bildsten", mass: 0.05 }), layer);
 });
 
-test("losses beside those of cells leave what these have, and add what a law needs where they have none", () => {
+test("a motion's losses keep those of the cells and add only what a law still needs", () => {
   assert.deepEqual(wordsOfMotion(TABLES, CELLS, {}), CELLS.losses);
   assert.deepEqual(wordsOfMotion(TABLES, CELLS, { rolling_friction: 0.01 }), {
     ...CELLS.losses,
@@ -78,7 +78,7 @@ test("losses beside those of cells leave what these have, and add what a law nee
   assert.deepEqual(wordsOfMotion(TABLES, NONE, { friction: 0.2 }), { air_law: "none", friction: 0.2 });
 });
 
-test("the kernels know a number of every word: no mass is 1, and no coefficient never slips", () => {
+test("the kernels have a number for every word: no mass is 1, and no coefficient never slips", () => {
   const words = { rolling_friction: 0, mass: null };
   const numbers = ["rolling_friction", "mass", "friction", "contour_friction"].map((name) =>
     numberOf(words, name),
@@ -86,7 +86,7 @@ test("the kernels know a number of every word: no mass is 1, and no coefficient 
   assert.deepEqual(numbers, [0, 1, Infinity, 0]);
 });
 
-test("what is no loss is refused", () => {
+test("invalid losses are refused", () => {
   checkLosses(TABLES, { rolling_friction: 0, friction: 0.1, mass: 1, air_law: "moffatt" });
   for (const given of [
     { magic: 1 },
@@ -111,7 +111,7 @@ test("a lever arm is shorter than the radius", () => {
   }
 });
 
-test("sliders have ends in proportion to the disk, and the values of cells or of hands", () => {
+test("sliders have ends in proportion to the disk, and values of the cells or of the user", () => {
   const at = { radius: 0.5, gravity: 9.81 };
   const controls = (plan, given = {}) =>
     Object.fromEntries(lossControls(TABLES, plan, at, given).map((each) => [each.name, each]));

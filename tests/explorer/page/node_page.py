@@ -1,12 +1,12 @@
-"""The page's modules without a browser: Node runs them, and Python asks what they compute.
+"""The page's modules without a browser: Node runs them, and Python asks for their results.
 
-A `NodePage` evaluates functions as a page of Playwright does:
+A `NodePage` evaluates functions like a page of Playwright:
 
     def test_unit_in_the_last_place(node):
         script = "async value => { const { ulp } = await import('eulerdisk/axis_window'); return ulp(value) }"
         assert node.evaluate(script, 1.0) == math.ulp(1.0)
 
-There is no document: modules that need one are tested in tests/explorer/browser.
+There is no document; modules that need one are tested in tests/explorer/browser.
 """
 
 import functools
@@ -39,7 +39,7 @@ class NodePage:
         )
 
     def evaluate(self, script: str, argument: object = None) -> object:
-        """Return what a function of one argument returns, which may be a promise.
+        """Return the result of a function of one argument, which may be a promise.
 
         Raises
         ------
@@ -48,7 +48,7 @@ class NodePage:
         """
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        # an expression and not JSON: it may hold NaN and infinity
+        # an expression instead of JSON, because it may contain NaN and infinity
         self._process.stdin.write(json.dumps(f"({script})({json.dumps(argument)})") + "\n")
         self._process.stdin.flush()
         line = self._process.stdout.readline()
@@ -60,7 +60,7 @@ class NodePage:
         return answer.get("found")
 
     def close(self) -> None:
-        """End Node, which ends with its input."""
+        """End Node by closing its input."""
         with self._process:
             assert self._process.stdin is not None
             self._process.stdin.close()
@@ -68,7 +68,7 @@ class NodePage:
 
 @functools.cache
 def find_node() -> str | None:
-    """Return the path of Node, that of the environment if it has one; None if there is none, or it is too old."""
+    """Return the path of Node, preferably the environment's, or None if it is missing or too old."""
     places = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
     found = shutil.which("node", path=places)
     is_new = "process.exit(require('node:module').registerHooks ? 0 : 1)"

@@ -1,4 +1,4 @@
-/** What is written into a field: numbers with units, and what is refused in words. */
+/** Text in a field: numbers with units, and refusals. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -30,7 +30,7 @@ test("a number has the unit of its field, or its own", () => {
   }
 });
 
-test("what is refused is told with what is allowed", () => {
+test("bad text is refused with what is allowed", () => {
   for (const [text, field, ...facts] of [
     ["24 kg", RADIUS, /mm/, /kg/],
     ["", RADIUS, /number/, /m,/],

@@ -1,4 +1,4 @@
-/** What an exported page tells without a server. */
+/** The answers of an exported page without a server. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -33,7 +33,7 @@ const CELLS = {
 const PLANS = { cells: CELLS, lossy: null, disk: null, motion: null, refused: null };
 const PAGE = { about: ABOUT, plans: PLANS, lines: LINES, stored: null };
 
-/** A source of a page, whose cells are all alike. */
+/** A source of a page whose cells are all equal. */
 function sourceOf(page = PAGE, stored = null) {
   const ask = async (what, { x, y }) => {
     if (what === "cells") return { tilt: [0.02], roll_rate: [3], stability: [1] };
@@ -75,14 +75,14 @@ test("lines are those of the exported window and its words, down to a sixteenth 
   }
 });
 
-test("a window without its lines says so, and one of a page that has none does not", async () => {
+test("a window without its lines says so, but not on a page that has none", async () => {
   const request = { view: { ...VIEW, words: { alpha: 1 } }, width: 2, height: 2, quantity: "peak_tilt" };
   assert.match((await sourceOf().window(request)).head.note, /lines of theory/);
   assert.equal((await sourceOf().window({ ...request, view: VIEW })).head.note, "");
   assert.equal((await sourceOf({ ...PAGE, lines: [] }).window(request)).head.note, "");
 });
 
-test("a place is explained by its cell, its line and the criterion; not beside a motion with losses", async () => {
+test("a place is explained by its cell, its line and the criterion, but not for a motion with losses", async () => {
   const words = await sourceOf().explain({ view: VIEW, x: 3, y: 0.02 });
   assert.match(words, /^cell +roll rate 3, tilt 0.02$/m);
   assert.match(words, /^lines +roll rate 2.2 rad/m);
@@ -93,7 +93,7 @@ test("a place is explained by its cell, its line and the criterion; not beside a
   assert.equal(await none.explain({ view: VIEW, x: 3, y: 0.02 }), "No cell here.");
 });
 
-test("a point stands for its cell only where nothing can be computed", () => {
+test("a point has its cell's numbers only if nothing can be computed", () => {
   const stored = { at: ({ x }) => (x > 0 ? { x: 1, y: 2, index: 3 } : null) };
   assert.equal(sourceOf(PAGE, stored).cellAt, null);
   assert.equal(sourceOf().cellAt, null);

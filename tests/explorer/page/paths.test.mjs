@@ -1,4 +1,4 @@
-/** When motions are sampled, and with which step; test_motions.py holds them against SciPy and the balance of energy. */
+/** The times and steps of sampled motions; test_motions.py compares them with SciPy and the energy balance. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -15,18 +15,18 @@ import {
 
 const { signal } = new AbortController();
 
-test("times are even, and end at the duration to the bit", () => {
+test("times are evenly spaced and end at the duration to the bit", () => {
   const times = evenly(0.3, 7);
   assert.deepEqual([times.length, times[0], times.at(-1)], [8, 0, 0.3]);
   assert.ok(times.every((each, i) => Math.abs(each - (0.3 * i) / 7) < 1e-16));
   assert.deepEqual([...untilLater(0.5, 3)], [0, 0.5, 1, 1.5]);
 });
 
-test("the largest is that of either sign; of nothing it is 0", () => {
+test("the largest magnitude counts either sign; of nothing it is 0", () => {
   assert.deepEqual([largest(Float64Array.of(1, -3, 2)), largest(new Float64Array(0))], [3, 0]);
 });
 
-test("a body turns as fast as its rates say; beside a pole heading and roll turn against each other", () => {
+test("a body turns as fast as its rates; near a pole heading and roll cancel", () => {
   const rows = [
     [0, Math.PI / 2],
     [3, 0],
@@ -49,8 +49,8 @@ test("a motion that cannot be resolved says when", () => {
 });
 
 /**
- * A computation whose motions turn by rates; `ends` when they end, by a code, and `drift` says how far the energy has gone
- * with a step, `off` how far the heading is.
+ * A computation whose motions turn at rates and end at `ends` with a code; `drift` gives the energy drift for a step, and
+ * `off` the error of the heading.
  */
 function computing({ rate = 1, ends = Infinity, code = 4, drift = () => 0, horizon = 3, off = () => 0 }) {
   const asked = [];
@@ -80,7 +80,7 @@ function computing({ rate = 1, ends = Infinity, code = 4, drift = () => 0, horiz
   return { ask, asked };
 }
 
-test("a slow disk has a thousand samples, and a fast one one for each fifth of a radian", async () => {
+test("a slow disk has a thousand samples, and a fast one has one per fifth of a radian", async () => {
   const slow = computing({ rate: 1 });
   const path = await diskPath(slow, [0, 0, 0, 0, 0.5, 0.5, 9.81], 6, 1.5, signal);
   assert.deepEqual([path.times.length, path.times.at(-1), slow.asked.length], [1001, 6, 1]);
@@ -91,14 +91,14 @@ test("a slow disk has a thousand samples, and a fast one one for each fifth of a
   assert.equal(wild.times.length, 200_001);
 });
 
-test("a fall has as many samples as a motion that goes on, and ends when it was found", async () => {
+test("a fall has as many samples as an endless motion, and ends at its time", async () => {
   const path = await diskPath(computing({ ends: 0.5 }), [0, 0, 0, 0, 0.5, 0.5, 9.81], 60, 1.5, signal);
   assert.equal(path.times.at(-1), 0.5);
   assert.ok(path.times.length >= 1000 && path.times.length < 1010);
   assert.equal(path.ending, 4);
 });
 
-test("the step is halved until the energy keeps to 1e-11, or its drift is rounding", async () => {
+test("the step is halved until the energy is right to 1e-11, or its drift is rounding", async () => {
   const steps = async (drift) => {
     const computation = computing({ drift });
     await diskPath(computation, [0, 0, 0, 0, 0.5, 0.5, 9.81], 6, 1.5, signal);
@@ -110,7 +110,7 @@ test("the step is halved until the energy keeps to 1e-11, or its drift is roundi
   assert.equal((await steps(() => 1e-6)).length, 7);
 });
 
-test("what is never resolved is refused after six halvings", async () => {
+test("an unresolved motion is refused after six halvings", async () => {
   const computation = computing({ ends: 2, code: 5 });
   await assert.rejects(diskPath(computation, [0, 0, 0, 0, 0.5, 0.5, 9.81], 6, 1.5, signal), /until 2 s/);
   assert.equal(computation.asked.length, 7);
@@ -118,14 +118,14 @@ test("what is never resolved is refused after six halvings", async () => {
 
 const LOSSY = { flatTilt: 1.5, law: 0, body: null };
 
-test("with losses samples are closer together towards a rest, and reach its end", async () => {
+test("with losses samples are denser towards rest and reach its end", async () => {
   const resting = (code) => lossyPath(computing({ ends: 2, code }), new Array(11).fill(0), 10, LOSSY, signal);
   const { times, ending } = await resting(2);
   assert.deepEqual([ending, times.at(-1)], [2, 2]);
   const gaps = times.slice(1).map((each, i) => each - times[i]);
   assert.ok(times.length > 1000);
   assert.ok(gaps.at(-2) < gaps[0] / 50);
-  // a slip comes at once: samples are even up to it
+  // a slip is sudden: samples are evenly spaced up to it
   const even = await resting(5);
   const [first, last] = [even.times[1], even.times.at(-2) - even.times.at(-3)];
   assert.ok(Math.abs(last / first - 1) < 0.05);
@@ -141,7 +141,7 @@ test("with losses the step is halved until the energy is balanced to 1e-9", asyn
   assert.deepEqual(await steps((step) => (step < 0.04 ? 0 : 1e-6)), [0.1, 0.05, 0.025]);
 });
 
-test("what friction holds from its start stands, and what slips or lifts off there has no motion", async () => {
+test("a motion held by friction from its start stands, and one that slips or lifts off there has none", async () => {
   const at = (code, body = null) =>
     lossyPath(computing({ ends: 0, code }), new Array(11).fill(0), 4, { ...LOSSY, body }, signal);
   const { times, rows } = await at(2);

@@ -28,7 +28,7 @@ const withWords = (words, plans = PLANS) => plansWith(ABOUT, plans, { ...VIEW, w
 const withRates = (rates, words, x = VIEW.x) =>
   plansWith(ABOUT, { ...PLANS, cells: { ...PLAN, rates } }, { ...VIEW, x, words }).cells;
 
-test("numbers take the place of those that are held, in each of the plans; the former ones stay", () => {
+test("numbers replace fixed values in each of the plans; the old plans stay unchanged", () => {
   const { cells, disk, lossy, motion } = withWords({ alpha: 0.8 });
   assert.deepEqual([cells.held.alpha, disk.held.alpha, lossy], [0.8, 0.8, null]);
   assert.deepEqual(cells.settings, PLAN.settings);
@@ -36,7 +36,7 @@ test("numbers take the place of those that are held, in each of the plans; the f
   assert.equal(PLAN.held.alpha, 0.5);
 });
 
-test("the tilt of a fall acts on cells and motions", () => {
+test("the tilt of a fall affects cells and motions", () => {
   const { cells, motion } = withWords({ fall_tilt: 1.1 });
   assert.deepEqual(
     [cells.settings, motion.fall_tilt, motion.flat_tilt],
@@ -45,7 +45,7 @@ test("the tilt of a fall acts on cells and motions", () => {
   assert.equal(withWords({ fall_tilt: 1.57 }).motion.fall_tilt, 1.57);
 });
 
-test("words of the page itself are known; others are refused, with what to do", () => {
+test("words of the page itself are known; others are refused with advice", () => {
   assert.equal(withWords({ criterion: "departure:5deg" }).cells.held.alpha, 0.5);
   assert.throws(() => withWords({ criterion: "departure:6deg" }), {
     message: /criterion=departure:6deg/,
@@ -54,7 +54,7 @@ test("words of the page itself are known; others are refused, with what to do", 
   });
 });
 
-test("a rate that is given, or an axis, follows from no rule", () => {
+test("a given rate, or one that is an axis, is not computed by a rule", () => {
   const x = { ...VIEW.x, name: "alpha" };
   assert.deepEqual(withRates([1, 3], {}).rates, [1, 0]);
   assert.deepEqual(withRates([1, 3], {}, x).rates, [1, 3]);
@@ -68,7 +68,7 @@ test("a circling motion is disturbed at its start", () => {
   assert.equal(withRates([0, 3], { precession_rate: 1 }, x).from_start, true);
 });
 
-test("rates that do not go together are refused", () => {
+test("incompatible rates are refused", () => {
   const x = { ...VIEW.x, name: "alpha" };
   assert.throws(() => withRates([4, 4], { roll_rate: 1 }, x), /wobble/);
   assert.deepEqual(withRates([4, 4], {}, x).rates, [4, 4]);
@@ -76,7 +76,7 @@ test("rates that do not go together are refused", () => {
   assert.deepEqual(withRates([0, 3], { precession_rate: 0.1 }, x).rates, [0, 3]);
 });
 
-test("a moment of a body that is given follows from no shape", () => {
+test("a given moment of a body is not computed from a shape", () => {
   const body = { ...PLAN, body: { number: 1, hollow: 0, follows: [1, 2] } };
   const given = (words) => withWords(words, { ...PLANS, cells: body }).cells.body.follows;
   assert.deepEqual(given({}), [1, 2]);
@@ -84,7 +84,7 @@ test("a moment of a body that is given follows from no shape", () => {
   assert.deepEqual(given({ axial_moment: 0.3 }), [0, 2]);
 });
 
-test("a system takes numbers of its parameters alone", () => {
+test("a system accepts only numbers of its parameters", () => {
   const cells = { system: {}, parameters: ["length"], held: { length: 1 } };
   const plans = { ...PLANS, cells, disk: null, motion: null };
   assert.deepEqual(withWords({ length: 0.3 }, plans).cells.held, { length: 0.3 });

@@ -1,4 +1,4 @@
-/** When windows are asked for: a coarse one at once, the fine one at rest, and fewer cells where they take long. */
+/** Requests for windows: coarse at once, fine when at rest, and with fewer cells if they are slow. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -9,13 +9,13 @@ globalThis.window = globalThis;
 const WANTED = { view: { base: "b" }, quantity: "q", stored: true, width: 1600, height: 1200 };
 const settle = () => new Promise((resolve) => setImmediate(resolve));
 
-test("pixels keep the proportions of the screen, and each side has one at least", () => {
+test("pixels keep the proportions of the screen, and each side has at least one", () => {
   assert.deepEqual(pixels({ width: 1600, height: 1200 }, 1e9), [1600, 1200]);
   assert.deepEqual(pixels({ width: 1600, height: 1200 }, 256 * 192), [256, 192]);
   assert.deepEqual(pixels({ width: 10_000, height: 10 }, 10), [100, 1]);
 });
 
-test("of many requests the first and the last are run, one at a time", async () => {
+test("of many requests the first and the last run, one at a time", async () => {
   const run = [];
   const ends = [];
   const latest = new Latest((each) => new Promise((resolve) => (run.push(each), ends.push(resolve))));
@@ -31,7 +31,7 @@ test("of many requests the first and the last are run, one at a time", async () 
   assert.deepEqual([run, latest.busy], [["a", "d"], false]);
 });
 
-/** A refresh with a source that answers at once, and what was asked and delivered. */
+/** A refresh with a source that answers at once, and its requests and deliveries. */
 function refreshing({ cost = 0, milliseconds, window = null } = {}) {
   const [asked, delivered, failed] = [[], [], []];
   const answer = (request) => ({ ...request, head: { note: "" }, stored: null, milliseconds });
@@ -62,7 +62,7 @@ test("a coarse picture comes at once, and the fine one after 90 ms without a cha
   assert.deepEqual(delivered[2], ["fine", 1600 * 1200, ""]);
 });
 
-test("a screen of more than 2.5 million pixels has as many", async (context) => {
+test("a screen of more than 2.5 million pixels is limited to that number", async (context) => {
   context.mock.timers.enable({ apis: ["setTimeout"] });
   const { refresh, delivered } = refreshing();
   refresh.ask({ ...WANTED, width: 4000, height: 3000 });
@@ -73,7 +73,7 @@ test("a screen of more than 2.5 million pixels has as many", async (context) => 
   assert.ok(count <= FINE && count > 0.99 * FINE);
 });
 
-test("where cells take long a coarse picture takes 0.3 s, and finer ones come before the fine one", async (context) => {
+test("for slow cells a coarse picture takes 0.3 s, and finer ones precede the fine one", async (context) => {
   context.mock.timers.enable({ apis: ["setTimeout"] });
   const { refresh, delivered } = refreshing({ cost: 0.1 });
   refresh.ask(WANTED);
@@ -91,7 +91,7 @@ test("where cells take long a coarse picture takes 0.3 s, and finer ones come be
   );
 });
 
-test("stored cells cost nothing: their fine picture comes at once, with all pixels of the screen", async (context) => {
+test("stored cells cost nothing: their fine picture comes at once in full resolution", async (context) => {
   context.mock.timers.enable({ apis: ["setTimeout"] });
   const asked = [];
   const window = async (request) => {
@@ -108,7 +108,7 @@ test("stored cells cost nothing: their fine picture comes at once, with all pixe
   assert.deepEqual(delivered.at(-1), ["fine", 1600 * 1200, ""]);
 });
 
-test("what a window took says how many cells the next one has", async (context) => {
+test("the time of a window sets the number of cells of the next one", async (context) => {
   context.mock.timers.enable({ apis: ["setTimeout"] });
   const { refresh, asked } = refreshing({ cost: 0.1, milliseconds: 3 });
   refresh.ask(WANTED);
@@ -120,7 +120,7 @@ test("what a window took says how many cells the next one has", async (context) 
   assert.ok(Math.abs(second / Math.min(256 * 192, (300 / 3) * first) - 1) < 0.03);
 });
 
-test("a picture that nobody wants any more is not delivered, nor its problem", async (context) => {
+test("neither a canceled picture nor its problem is delivered", async (context) => {
   context.mock.timers.enable({ apis: ["setTimeout"] });
   const waiting = [];
   const window = (request, signal) =>

@@ -6,7 +6,7 @@ import { codesOf, rasterOf, roomiest } from "eulerdisk/regions";
 
 const STEP = 6;
 
-test("a raster has a point for each six pixels, and covers what lines and marks lie on", () => {
+test("a raster has a point per six pixels and covers those under lines and marks", () => {
   const { columns, rows, covered } = rasterOf(62, 33, [], []);
   assert.deepEqual([columns, rows], [10, 5]);
   assert.ok(covered.every((each) => each === 0));
@@ -42,7 +42,7 @@ test("a raster has a point for each six pixels, and covers what lines and marks 
   );
 });
 
-test("a mark covers twelve pixels to each side, within the plot alone", () => {
+test("a mark covers twelve pixels on each side, within the plot", () => {
   const { covered } = rasterOf(
     60,
     60,
@@ -59,7 +59,7 @@ test("a mark covers twelve pixels to each side, within the plot alone", () => {
   );
 });
 
-test("codes are asked for at the middles of the points, from the upper left corner", () => {
+test("codes are requested at the centers of the points, from the upper left corner", () => {
   const asked = [];
   const raster = { columns: 2, rows: 2, covered: new Uint8Array(4) };
   const codes = codesOf(raster, (across, up) => asked.push([across, up]));
@@ -72,7 +72,7 @@ test("codes are asked for at the middles of the points, from the upper left corn
   assert.deepEqual(codes, [1, 2, 3, 4]);
 });
 
-/** The most room of a region by trying every box: half its width, -1 where the word has none. */
+/** The most room in a region by trying every box: half its width, or -1 if the word does not fit. */
 function room({ columns, rows, covered }, codes, code, size, column, row) {
   const [wide, high] = size.map((each) => Math.ceil((each / 2 + STEP) / STEP));
   const isFree = (x) => {
@@ -90,7 +90,7 @@ function room({ columns, rows, covered }, codes, code, size, column, row) {
   return most;
 }
 
-test("a name has the most room that there is, in a map of any shape", () => {
+test("a name is where there is most room, in a map of any shape", () => {
   let seed = 1;
   const random = () => (seed = (seed * 48271) % 2147483647) / 2147483647;
   let placed = 0;

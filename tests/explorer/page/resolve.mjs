@@ -1,11 +1,11 @@
-/** Lets Node find the page's modules by the names that they import each other with: those of its import map. */
+/** Lets Node find the page's modules by their names in its import map. */
 
 import { registerHooks } from "node:module";
 
 const PAGE = new URL("../../../sweep/explorer/page/", import.meta.url);
 
 /**
- * Path of a module in the page's folder, as `modules` of sweep/explorer/pages.py has it; null of any other name.
+ * Path of a module in the page's folder, as in `modules` of sweep/explorer/pages.py; null for any other name.
  * @param {string} name
  */
 function pathOf(name) {
@@ -16,7 +16,7 @@ function pathOf(name) {
 registerHooks({
   resolve(name, context, next) {
     const path = pathOf(name);
-    // no package.json says that they are modules
+    // no package.json declares them as modules
     return path
       ? { url: new URL(path, PAGE).href, format: "module", shortCircuit: true }
       : next(name, context);

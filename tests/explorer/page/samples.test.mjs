@@ -1,4 +1,4 @@
-/** Samples of a motion, and the figures that show them. */
+/** Samples of a motion, and the figures of them. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -31,7 +31,7 @@ const samplesOf = (arrays, head = {}) =>
     arrays: { time: TIMES, ...arrays },
   });
 
-test("a parabola is met between samples at uneven times, and beyond both ends the motion stays", () => {
+test("a parabola is exact between uneven samples, and beyond both ends the motion stays", () => {
   const parabola = (t) => 3 * t * t - 2 * t + 1;
   const samples = samplesOf({ tilt: TIMES.map(parabola) });
   for (const time of [0.15, 0.3, 0.45, 0.7, 1, 1.2]) near(samples.at("tilt", time), parabola(time));
@@ -42,7 +42,7 @@ test("a parabola is met between samples at uneven times, and beyond both ends th
   TIMES.forEach((time, i) => near(samples.at("tilt", time), samples.arrays.tilt[i]));
 });
 
-test("at both ends a line is met, and there is no jump from gap to gap", () => {
+test("at both ends a line is exact, and there are no jumps between intervals", () => {
   const samples = samplesOf({ tilt: TIMES.map((time) => 5 - 2 * time) });
   for (const time of [0.05, 0.3, 1.9]) near(samples.at("tilt", time), 5 - 2 * time);
   const wild = samplesOf({ tilt: doubles(1, -3, 8, 0, 2, -5, 7) });
@@ -68,12 +68,12 @@ test("the sample before a time is never the last one", () => {
     ],
   );
   assert.equal(samples.length, 2);
-  // a motion that ends where it begins
+  // a motion that ends where it starts
   const still = new Samples({ head: { lossy: true }, arrays: { time: doubles(0, 0), tilt: doubles(3, 4) } });
   assert.deepEqual([still.at("tilt", 0), still.between(0)], [3, { before: 0, share: 0 }]);
 });
 
-test("a range has a little space about its values, also about equal ones", () => {
+test("a range has some margin around its values, even if they are equal", () => {
   near(rangeOf([1, 3, NaN, 2]).low, 1 - 0.14);
   near(rangeOf([1, 3]).high, 3 + 0.14);
   const same = rangeOf([5, 5 + 1e-15]);
@@ -90,7 +90,7 @@ test("the tilt is drawn in degrees over the longer time, with its turning points
   near(lines[0].y, 30);
 });
 
-test("forces are drawn from 0 to the weight at least; a short peak is not seen whole", () => {
+test("forces are drawn at least from 0 to the weight; a short peak is cut off", () => {
   const flat = TIMES.map(() => 0.5);
   const forces = (normal_force, friction_needed = flat, length = 2) =>
     forcesFigure(
@@ -104,12 +104,12 @@ test("forces are drawn from 0 to the weight at least; a short peak is not seen w
     );
   const { y, curves } = forces(flat);
   assert.deepEqual(y, rangeOf([0, 1]));
-  // the other motion lasts longer
+  // the other motion is longer
   assert.deepEqual(forces(flat, flat, 7).x, { low: 0, high: 7 });
   curves.find(({ kind }) => kind === "horizontal").y.forEach((each) => near(each, 0.5));
   const peak = TIMES.map((_, i) => (i === 3 ? 100 : 1));
   assert.deepEqual(forces(peak).y, rangeOf([0, 100]));
-  // less than a twentieth of the time, between samples that lie closer
+  // less than a twentieth of the time, between denser samples
   const short = TIMES.map((_, i) => (i === 6 ? 100 : 1));
   assert.deepEqual(forces(short).y, rangeOf([0, 2.5]));
   assert.deepEqual(forces(TIMES.map(() => -9)).y, rangeOf([-2.5, 1]));
@@ -122,7 +122,7 @@ test("forces are drawn from 0 to the weight at least; a short peak is not seen w
   );
 });
 
-test("a ledger stands on the energy, each loss on the one before, and what took nothing is not drawn", () => {
+test("a ledger is stacked on the energy, and zero losses are not drawn", () => {
   const arrays = {
     energy: doubles(3, 2),
     rolling: doubles(0, 0.5),
@@ -174,7 +174,7 @@ test("the potential has its wells, barriers and turning points, and its height a
   assert.throws(() => potentialFigure(samplesOf({})));
 });
 
-test("each state of a system is drawn over the time, dashed from where it is not known, and two of them in a plane", () => {
+test("each state of a system is drawn over time, dashed when uncertain, and two of them in a plane", () => {
   const quantities = {
     time: { label: "time", unit: "ms", factor: 1000 },
     x: { label: "x", unit: "", factor: 1 },

@@ -1,4 +1,4 @@
-/** How bodies are drawn: their meridians, how they are turned, and the squares of the table. */
+/** Drawing bodies: their meridians, their orientation, and the squares of the table. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -27,7 +27,7 @@ const BODIES = [
   body("spheroid", { offset: 0, flattening: 0.4 }),
 ];
 
-test("the camera looks at the middle height of the centre: of a flat disk low, of an upright one at its radius", () => {
+test("the camera looks at the mean height of the center: low for a flat disk, the radius for an upright one", () => {
   const samplesOf = (tilt) => ({
     arrays: { time: [0, 2] },
     head: { radius: 0.04 },
@@ -37,7 +37,7 @@ test("the camera looks at the middle height of the centre: of a flat disk low, o
   near(middleHeight(samplesOf(1.5)), 0.04 * Math.cos(1.5), 1e-4);
 });
 
-test("the force on a disk and on a body: along the path, across it to the side of a positive tilt, and up", () => {
+test("the force is along the path, across it towards positive tilt, and up, for a disk and a body", () => {
   const two = (value) => Float64Array.of(value, value);
   const heading = 0.4;
   for (const body of [null, BODIES[0]]) {
@@ -57,7 +57,7 @@ test("the force on a disk and on a body: along the path, across it to the side o
   }
 });
 
-test("the stretches of a meridian join, and lead from the axis to the axis; a torus has none", () => {
+test("the parts of a meridian join and go from axis to axis; a torus has no end on the axis", () => {
   for (const each of BODIES) {
     const stretches = meridianOf(each);
     stretches.slice(1).forEach(({ points }, i) => {
@@ -73,15 +73,15 @@ test("the stretches of a meridian join, and lead from the axis to the axis; a to
       near(first[0], 0);
       near(last[0], 0);
     }
-    // the axis points to its beginning
+    // the axis points to its start
     assert.ok(first[1] >= last[1] - 1e-12);
-    // no point is farther from the axis than the outer radius, and one is as far
+    // no point is beyond the outer radius, and one reaches it
     const widest = Math.max(...stretches.flatMap(({ points }) => points.map(([a]) => a)));
     near(widest, 1, 2e-3);
   }
 });
 
-test("a meridian lies on its circle or its ellipse, moved by the place of the centre of mass", () => {
+test("a meridian is on its circle or ellipse, shifted by the center of mass", () => {
   const [torus, rounded, arc, , , , ball, spheroid] = BODIES.map(meridianOf);
   torus.flatMap(({ points }) => points).forEach(([a, b]) => near(Math.hypot(a - 0.7, b), 0.3));
   rounded[1].points.forEach(([a, b]) => near(Math.hypot(a - 0.8, b), 0.2));
@@ -90,7 +90,7 @@ test("a meridian lies on its circle or its ellipse, moved by the place of the ce
   spheroid.flatMap(({ points }) => points).forEach(([a, b]) => near(Math.hypot(a, b / 0.6), 1));
 });
 
-test("a rim has both of its edges at half its thickness, whichever it stands on", () => {
+test("a rim has both edges at half its thickness, whichever it stands on", () => {
   for (const rim of BODIES.slice(3, 6).map(meridianOf)) {
     const heights = rim.flatMap(({ points }) => points.map(([, b]) => b));
     near(Math.max(...heights), 0.25);
@@ -98,14 +98,14 @@ test("a rim has both of its edges at half its thickness, whichever it stands on"
   }
 });
 
-test("the farthest point is told from the centre of mass", () => {
+test("the farthest point is measured from the center of mass", () => {
   near(reachOf(BODIES[0]), 1);
   near(reachOf(BODIES[6]), 1.2);
   near(reachOf(body("spheroid", { offset: 0, flattening: -0.5 })), 1.5);
   near(reachOf(BODIES[5]), Math.hypot(1, 0.25));
 });
 
-test("a disk leans by its tilt to its heading's side, and its painted radius turns with it", () => {
+test("a disk tilts to the side of its heading, and its painted radius turns with it", () => {
   const across = (heading) => new Vector3(Math.cos(heading), Math.sin(heading), 0);
   for (const [tilt, heading, angle] of [
     [0, 0, 0],
@@ -120,7 +120,7 @@ test("a disk leans by its tilt to its heading's side, and its painted radius tur
     const painted = new Vector3(1, 0, 0).applyQuaternion(turned);
     near(painted.dot(down), Math.cos(angle));
     near(painted.dot(across(heading + Math.PI / 2)), -Math.sin(angle));
-    // the painted radius lies in the plane of the disk
+    // the painted radius is in the plane of the disk
     near(new Vector3(0, 0, 1).applyQuaternion(turned).dot(down), 0);
   }
 });
@@ -130,13 +130,13 @@ test("a length is 1, 2 or 5 times a power of ten", () => {
   [1, 1, 2, 2, 5, 5, 10, 0.02, 0.5].forEach((each, i) => near(lengths[i], each));
 });
 
-test("an arrow begins where it is put, points along its vector and is as long", () => {
+test("an arrow starts at its place, points along its vector and has its length", () => {
   const from = new Vector3(0.3, -0.2, 0.1);
   for (const along of [new Vector3(0.4, -0.7, 1.2), new Vector3(0, 0, -0.05), new Vector3(1, 0, 0)]) {
     const arrow = new Arrow(1, "#123456");
     arrow.point(from, along);
     arrow.updateMatrixWorld(true);
-    // a cone points along y, from half its height below its middle to half above
+    // a cone points along y and is centered at half its height
     const { height } = arrow.head.geometry.parameters;
     const tip = new Vector3(0, height / 2, 0).applyMatrix4(arrow.head.matrixWorld);
     near(tip.distanceTo(from.clone().add(along)), 0);

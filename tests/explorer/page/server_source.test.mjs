@@ -1,11 +1,11 @@
-/** Answers of a server, and what is told where it does not answer. */
+/** Answers of a server, and the messages if it does not answer. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { mayPass, Problem, wordsOfProblem } from "eulerdisk/notice";
 import { Reach, unpacked } from "eulerdisk/server_source";
 
-/** A binary answer, as the server writes it: a length, JSON, and arrays one after the other. */
+/** A binary answer in the server's format: a length, JSON, and the arrays in sequence. */
 function answerOf(arrays, text = "") {
   const list = arrays.map(([name, type, array]) => ({ name, type, count: array.length }));
   const head = Buffer.from(JSON.stringify({ arrays: list, text }));
@@ -15,7 +15,7 @@ function answerOf(arrays, text = "") {
   return bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length);
 }
 
-test("arrays of every type are unpacked, wherever they begin", () => {
+test("arrays of every type are unpacked at any offset", () => {
   for (let more = 0; more < 8; more += 1) {
     const given = [
       ["verdict", "u1", Uint8Array.of(1, 2, 255)],
@@ -30,7 +30,7 @@ test("arrays of every type are unpacked, wherever they begin", () => {
   }
 });
 
-test("a server that does not answer is told once, and asked until it does", async (context) => {
+test("a missing server is reported once and asked until it answers", async (context) => {
   context.mock.timers.enable({ apis: ["setTimeout"] });
   const settle = () => new Promise((resolve) => setImmediate(resolve));
   const told = [];
@@ -56,7 +56,7 @@ test("a server that does not answer is told once, and asked until it does", asyn
   assert.equal(told.length, 2);
 });
 
-test("another server at the same address is told as such", async (context) => {
+test("another server at the same address is reported as such", async (context) => {
   context.mock.timers.enable({ apis: ["setTimeout"] });
   const told = [];
   const reach = new Reach();
@@ -68,7 +68,7 @@ test("another server at the same address is told as such", async (context) => {
   assert.match(told[1], /restarted/);
 });
 
-test("what the page itself has ended, and what is no fault of the network, is no lost server", async () => {
+test("a request that the page canceled, and errors outside the network, are not a lost server", async () => {
   const reach = new Reach();
   reach.onLost = () => assert.fail();
   assert.equal(await reach.of(Promise.resolve(3)), 3);
@@ -76,7 +76,7 @@ test("what the page itself has ended, and what is no fault of the network, is no
   await assert.rejects(reach.of(Promise.reject(new TypeError("y")), AbortSignal.abort()), TypeError);
 });
 
-test("only a fault of the server may pass, and a problem has its hint behind it", () => {
+test("only server errors may be temporary, and a problem is followed by its hint", () => {
   const may = [0, 400, 403, 499, 500, 503].map((status) => mayPass({ status }));
   assert.deepEqual(may, [false, false, false, false, true, true]);
   assert.equal(mayPass({}), false);

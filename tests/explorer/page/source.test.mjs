@@ -1,4 +1,4 @@
-/** Where cells come from: a file, the page, the program; and what is told where there are none. */
+/** The origin of cells: a file, the page or the program; and the message if there are none. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -36,7 +36,7 @@ const answerOf = (values, more = {}) => ({
 
 const unreachable = new Problem("gone", { unreachable: true });
 
-/** What computes, with parts that tests choose. */
+/** A computation with parts that tests choose. */
 function computing({ plans = PLANS, stored = null, program = null, cell = { stability: 1 } } = {}) {
   const piece = ({ x, y }) => {
     const value = Float64Array.of(5, 6, 7, 8).slice(2 * y.from, 2 * y.to);
@@ -65,14 +65,14 @@ function computing({ plans = PLANS, stored = null, program = null, cell = { stab
 
 const storing = (window, point = null) => ({ window: async () => window, point: async () => point });
 
-test("stored cells fill a window, and are asked for only where they are wanted", async () => {
+test("stored cells fill a window, and are requested only if wanted", async () => {
   const stored = answerOf([1, 2, 3, 4], { stored: Uint8Array.of(1, 1, 1, 1) });
   assert.equal(await computing({ stored: storing(stored) }).window(REQUEST), stored);
   const other = await computing({ stored: storing(stored) }).window({ ...REQUEST, stored: false });
   assert.deepEqual([...other.value], [5, 6, 7, 8]);
 });
 
-test("where nothing is stored cells are computed; ends and note are those of all", async () => {
+test("cells that are not stored are computed; ends and note apply to all cells", async () => {
   const stored = answerOf([1, NaN, 3, NaN], {
     stored: Uint8Array.of(1, 2, 1, 2),
     verdict: Uint8Array.of(0, 0, 1, 0),
@@ -95,14 +95,14 @@ test("where nothing is stored cells are computed; ends and note are those of all
   assert.deepEqual([head.low, head.high, head.least, head.note], [1, 8, 1, "of the file"]);
 });
 
-test("a stored end that is none leaves the computed one", async () => {
+test("a missing stored end is replaced by the computed one", async () => {
   const stored = answerOf([NaN, NaN, NaN, NaN], { stored: Uint8Array.of(1, 2, 2, 2) });
   stored.head = { low: null, high: null, least: null, end: false, note: "" };
   const { head } = await computing({ stored: storing(stored) }).window(REQUEST);
   assert.deepEqual([head.low, head.high, head.least], [5, 8, 5]);
 });
 
-test("what the page does not know stays as it is stored, or is none", async () => {
+test("cells that the page cannot compute are those stored, or missing", async () => {
   const plans = { ...PLANS, cells: null };
   const stored = answerOf([1, 2, 3, 4], { stored: Uint8Array.of(1, 2, 1, 2) });
   assert.equal(await computing({ plans, stored: storing(stored) }).window(REQUEST), stored);
@@ -119,7 +119,7 @@ test("what the page does not know stays as it is stored, or is none", async () =
   });
 });
 
-test("the program computes what it computes faster; where it is gone the page does", async () => {
+test("the program computes what it computes faster; without it, the page does", async () => {
   const ofProgram = answerOf([9, 9, 9, 9]);
   const slow = { ...PLANS, cells: { ...CELLS, system: {} } };
   assert.equal(await computing({ plans: slow, program: async () => ofProgram }).window(REQUEST), ofProgram);
@@ -148,13 +148,13 @@ const POINT = {
   stored: null,
 };
 
-test("a point has the numbers of its cell, and those stored next to it", async () => {
+test("a point has the numbers of its cell, with the stored ones next to them", async () => {
   const found = await computing({ stored: storing(null, POINT) }).point(PLACE);
   assert.deepEqual([found.verdict, found.stored], ["stable", POINT]);
   assert.equal((await computing({ cell: { stability: 2 } }).point(PLACE)).verdict, "unstable");
 });
 
-test("beside a motion with losses a stored verdict is that of its own start alone", async () => {
+test("for a motion with losses, a stored verdict applies only to its own start", async () => {
   const plans = { ...PLANS, cells: null, motion: { lossy: true } };
   const point = (place) => computing({ plans, stored: storing(null, POINT) }).point(place);
   assert.equal((await point(PLACE)).verdict, "stable");
@@ -164,13 +164,13 @@ test("beside a motion with losses a stored verdict is that of its own start alon
   assert.equal((await point({ ...PLACE, x: 3.1 })).verdict, "stable");
 });
 
-test("a cell with losses is computed beside a motion that has some", async () => {
+test("a cell with losses is computed next to a motion that has some", async () => {
   const plans = { ...PLANS, cells: null, lossy: CELLS };
   assert.equal((await computing({ plans }).point({ ...PLACE, losses: {} })).verdict, "stable");
   assert.ok((await computing({ plans }).point(PLACE)).note);
 });
 
-test("a point of which nothing is known says so, or why", async () => {
+test("an unknown point says so, with the reason if there is one", async () => {
   const plans = { ...PLANS, cells: null };
   assert.deepEqual(await computing({ plans }).point(PLACE), {
     start: {},

@@ -1,4 +1,4 @@
-/** The state of the page: bases, words and axes, and changes that leave the former state as it was. */
+/** The state of the page: bases, words and axes; changes do not modify the old state. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -27,7 +27,7 @@ import { ABOUT, RATE, TILT } from "./about.mjs";
 
 const { view: VIEW } = firstState(ABOUT);
 
-test("a base begins with its view and its usual quantity; of an unknown name the first base does", () => {
+test("a base starts with its view and its usual quantity; an unknown name gives the first base", () => {
   const { view, quantity, stored, points } = firstState(ABOUT, "spinning");
   assert.deepEqual(view, { base: "spinning", words: {}, x: RATE, y: TILT });
   assert.equal(quantity, "period");
@@ -37,14 +37,14 @@ test("a base begins with its view and its usual quantity; of an unknown name the
   assert.equal(baseOf(ABOUT, { ...VIEW, base: "nothing" }).name, "rolling");
 });
 
-test("other settings of one motion leave those of the other one", () => {
+test("changing the settings of one motion leaves those of the other", () => {
   const both = ["first", "second"];
   assert.deepEqual(withSlot(both, 0, "new"), ["new", "second"]);
   assert.deepEqual(withSlot(both, 1, "new"), ["first", "new"]);
   assert.deepEqual(both, ["first", "second"]);
 });
 
-test("quantities of a base are in its order; an unknown one is the first of all", () => {
+test("quantities of a base are in its order; an unknown one gives the first", () => {
   assert.deepEqual(
     quantitiesOf(ABOUT, "spinning").map(({ name }) => name),
     ["period", "stability"],
@@ -54,7 +54,7 @@ test("quantities of a base are in its order; an unknown one is the first of all"
   assert.throws(() => parameterOf(ABOUT, "nothing"), /nothing/);
 });
 
-test("a word is that of the view, otherwise that of its base; one that is the base's own is not kept", () => {
+test("a word comes from the view, or else from its base; equal to the base it is not stored", () => {
   assert.equal(wordOf(ABOUT, VIEW, "alpha"), 0.5);
   const view = withWord(ABOUT, VIEW, "alpha", 0.7);
   assert.equal(wordOf(ABOUT, view, "alpha"), 0.7);
@@ -62,29 +62,29 @@ test("a word is that of the view, otherwise that of its base; one that is the ba
   assert.deepEqual(withWord(ABOUT, view, "alpha", 0.5).words, {});
 });
 
-test("a parameter that becomes an axis has the range of its slider, and the former one keeps its middle", () => {
+test("a parameter that becomes an axis has the range of its slider, and the old one keeps its middle", () => {
   const view = withAxis(ABOUT, { ...VIEW, words: { gravity: 5 } }, "x", "gravity");
   assert.equal(view.x.scale, "log");
   const [low, high] = ends(view.x);
   assert.ok(Math.abs(low - 0.1) < 1e-12 && Math.abs(high - 30) < 1e-12);
   assert.deepEqual(view.words, { roll_rate: 3 });
-  // and one that is an axis of the base has that range
+  // an axis of the base has that range
   assert.deepEqual(withAxis(ABOUT, view, "x", "roll_rate").x, RATE);
 });
 
-test("the middle of a window beyond a slider is its nearer end", () => {
+test("if the middle of a window is outside a slider, the nearer end is used", () => {
   const x = { ...RATE, centre: 300, half: 1 };
   assert.equal(withAxis(ABOUT, { ...VIEW, x }, "x", "alpha").words.roll_rate, 10);
   assert.equal(withAxis(ABOUT, { ...VIEW, x: { ...x, centre: -300 } }, "x", "alpha").words.roll_rate, -10);
 });
 
-test("the parameter of the other axis changes places with it; that of the same axis changes nothing", () => {
+test("choosing the parameter of the other axis swaps them; that of the same axis changes nothing", () => {
   const turned = withAxis(ABOUT, VIEW, "x", "tilt");
   assert.deepEqual([turned.x, turned.y], [TILT, RATE]);
   assert.equal(withAxis(ABOUT, VIEW, "y", "tilt"), VIEW);
 });
 
-test("another scale has the same range, and a logarithm that would begin at 0 begins at a thousandth of its end", () => {
+test("another scale keeps the range, and a logarithm that would start at 0 starts at a thousandth of its end", () => {
   const same = (axis, [low, high]) => {
     const found = ends(axis);
     assert.ok(Math.abs(found[0] / low - 1) < 1e-12 && Math.abs(found[1] / high - 1) < 1e-12, String(found));
@@ -100,13 +100,13 @@ test("another scale has the same range, and a logarithm that would begin at 0 be
   assert.equal(withOtherScale(negative, "x"), negative);
 });
 
-test("all of a range is that of the base, or of the slider, in the scale of the side", () => {
+test("the whole range is that of the base, or of the slider, in the scale of the axis", () => {
   assert.equal(halfOfRange(ABOUT, { ...VIEW, x: { ...RATE, half: 0.01 } }, "x"), 1);
   const gravity = { name: "gravity", centre: 5, half: 1, scale: "linear" };
   assert.ok(Math.abs(halfOfRange(ABOUT, { ...VIEW, x: gravity }, "x") - 14.95) < 1e-12);
 });
 
-test("axes are kept within their domains, and words beyond them are left out", () => {
+test("axes stay within their domains, and words outside them are omitted", () => {
   const y = { name: "tilt", centre: 1, half: 2, scale: "linear" };
   const words = { alpha: 1.5, gravity: 0, criterion: "x", other: 7 };
   const view = withinDomain(ABOUT, { ...VIEW, y, words });
@@ -128,7 +128,7 @@ test("verdicts have their words, and an unknown code has none", () => {
   );
 });
 
-test("views of the same motions differ in their windows alone", () => {
+test("views of the same motions differ only in their windows", () => {
   const other = { ...VIEW, x: { ...RATE, centre: 9 } };
   assert.equal(wordsOf(VIEW), wordsOf(other));
   for (const unlike of [
@@ -140,7 +140,7 @@ test("views of the same motions differ in their windows alone", () => {
   }
 });
 
-test("a view is fixed where stored cells are all that it shows", () => {
+test("a view is fixed if it shows only stored cells", () => {
   const atlas = { base: "rolling", live: false };
   assert.equal(isFixed(ABOUT, VIEW), false);
   assert.equal(isFixed({ ...ABOUT, atlas }, VIEW), true);
@@ -148,7 +148,7 @@ test("a view is fixed where stored cells are all that it shows", () => {
   assert.equal(isFixed({ ...ABOUT, atlas }, { ...VIEW, base: "spinning" }), false);
 });
 
-test("another radius or gravity leaves the map and the chosen starts where they are in scaled rates", () => {
+test("another radius or gravity keeps the map and the chosen starts in scaled rates", () => {
   const of = (more) => ({ ...ABOUT, ...more });
   const [first] = ABOUT.bases;
   const bases = [{ ...first, words: { ...first.words, radius: 0.5 } }];
@@ -165,7 +165,7 @@ test("another radius or gravity leaves the map and the chosen starts where they 
   assert.deepEqual([weak.view.x.centre, weak.view.x.half], [1.5, 0.5]);
   const log = { ...state, view: { ...state.view, x: { ...state.view.x, centre: 1, scale: "log" } } };
   assert.ok(Math.abs(withValue(about, log, "radius", 0.125).view.x.centre - 1 - Math.log(2)) < 1e-12);
-  // what a system calls its radius is its own affair
+  // the radius of a system has no special meaning
   assert.deepEqual(withValue(of({ bases }), state, "radius", 0.125).view.x, state.view.x);
   assert.deepEqual(withValue(about, state, "alpha", 0.7).view.x, state.view.x);
 });

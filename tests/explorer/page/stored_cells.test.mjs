@@ -1,4 +1,4 @@
-/** Cells that an exported page holds: their windows, their points, and how arrays are packed. */
+/** Stored cells of an exported page: their windows, their points, and packed arrays. */
 
 import assert from "node:assert/strict";
 import { deflateSync } from "node:zlib";
@@ -13,7 +13,7 @@ function packed(type, array) {
   return { type, data: deflateSync(new Uint8Array(array.buffer)).toString("base64") };
 }
 
-test("an array is unpacked to the bit, of every type", async () => {
+test("an array of any type is unpacked to the bit", async () => {
   const doubles = Float64Array.of(1 / 3, -0, NaN, Infinity, 5e-324);
   const found = await unpackedArray(packed("f8", doubles));
   assert.ok(found instanceof Float64Array);
@@ -62,7 +62,7 @@ test("a page without cells has none", async () => {
   assert.equal(await StoredCells.read({ about, stored: null }), null);
 });
 
-test("a window of as many pixels as there are cells has their values, in their rows", async () => {
+test("a window with as many pixels as cells has their values, in their rows", async () => {
   const cells = await read();
   const found = await cells.window({ view: PLANE, width: 5, height: 3, quantity: "peak_tilt" });
   assert.deepEqual([...found.value], [...CELLS.peak_tilt]);
@@ -71,7 +71,7 @@ test("a window of as many pixels as there are cells has their values, in their r
   assert.deepEqual(found.head, { low: 0, high: 14, least: 1, end: false, note: "" });
 });
 
-test("where no cell is there is none, and a window beside all of them has no ends", async () => {
+test("places without a cell are empty, and a window outside all cells has no ends", async () => {
   const cells = await read();
   const wide = { ...PLANE, x: { ...RATE, centre: 3, half: 2.5 } };
   const { value, stored: origin } = await cells.window({
@@ -80,7 +80,7 @@ test("where no cell is there is none, and a window beside all of them has no end
     height: 1,
     quantity: "peak_tilt",
   });
-  // pixels lie at 0.6, 0.8 and so on, and cells reach from 1.75 to 4.25
+  // pixels are at 0.6, 0.8 and so on, and cells extend from 1.75 to 4.25
   assert.deepEqual(
     [...origin],
     Array.from({ length: 25 }, (_, i) => (i >= 6 && i <= 18 ? 1 : 2)),
@@ -92,7 +92,7 @@ test("where no cell is there is none, and a window beside all of them has no end
   assert.deepEqual([head.low, head.high, head.least], [null, null, null]);
 });
 
-test("where cells are seen as such the note says what is stored", async () => {
+test("if cells are visible as such, the note says what is stored", async () => {
   const cells = await read();
   const request = { view: PLANE, quantity: "peak_tilt" };
   assert.equal((await cells.window({ ...request, width: 51, height: 31 })).head.note, "5 by 3 cells");
@@ -112,7 +112,7 @@ test("another plane, other words, and a quantity that is not stored have no stor
   }
 });
 
-test("a point has the numbers of the nearest cell: its start, what is held, and what cells compute themselves", async () => {
+test("a point has the nearest cell's start, fixed values and computed parameters", async () => {
   const cells = await read();
   assert.deepEqual(cells.at({ x: 2.6, y: 0.2 }), { x: 2.5, y: 0.1, index: 6 });
   const { start, numbers, verdict, stored: none } = await cells.point({ view: PLANE, x: 2.6, y: 0.2 });
@@ -135,7 +135,7 @@ test("a point has the numbers of the nearest cell: its start, what is held, and 
   assert.equal(await cells.point({ view: { ...PLANE, words: { alpha: 1 } }, x: 3, y: 0.1 }), null);
 });
 
-test("a place has the nearest cell within half a cell, of rising and of falling ones", () => {
+test("a place has the nearest cell within half a cell, for increasing and decreasing cells", () => {
   for (const [places, order] of [
     [
       [0, 1, 3],

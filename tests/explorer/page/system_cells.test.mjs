@@ -1,4 +1,4 @@
-/** What follows from the passes of a cell of a user's system; test_truth.py holds random cells against the program. */
+/** Derived values of a system's cell from its passes; test_truth.py compares random cells with the program. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -8,7 +8,7 @@ const { systemColumns } = scriptsOf("system_cells");
 
 const [UNRESOLVED, DIFFERENT] = [9, 8];
 
-/** A system of one state, whose square is conserved, with two passes at a duration of 10 s. */
+/** A system with one state, whose square is conserved, with two passes and a duration of 10 s. */
 const PLAN = {
   parameters: ["x"],
   unresolved: UNRESOLVED,
@@ -58,7 +58,7 @@ const PLAN = {
   },
 };
 
-/** Columns of one cell whose passes end in places, at times, by codes. */
+/** Columns of one cell whose passes end at places and times with codes. */
 function cell({ places = [2, 2], times = [5, 5], endings = [4, 4], start = 1 } = {}) {
   const measured = { steps: Float64Array.of(100), unproved: Float64Array.of(0) };
   PLAN.system.passes.forEach((pass, i) => {
@@ -70,7 +70,7 @@ function cell({ places = [2, 2], times = [5, 5], endings = [4, 4], start = 1 } =
   return Object.fromEntries(Object.entries(found).map(([name, [value]]) => [name, value]));
 }
 
-test("a cell ends as both of its last passes do, at one place and time; otherwise it is sensitive", () => {
+test("a cell ends like its last two passes if their place and time agree; otherwise it is sensitive", () => {
   assert.equal(cell().ending, 4);
   for (const unlike of [
     { endings: [4, 5] },
@@ -83,7 +83,7 @@ test("a cell ends as both of its last passes do, at one place and time; otherwis
   assert.equal(cell({ times: [5, 5.09], places: [2, 2.19] }).ending, 4);
 });
 
-test("a cell of which one pass is unresolved is unresolved, and has no numbers", () => {
+test("a cell with an unresolved pass is unresolved and has no numbers", () => {
   for (const endings of [
     [UNRESOLVED, 4],
     [4, UNRESOLVED],
@@ -95,23 +95,23 @@ test("a cell of which one pass is unresolved is unresolved, and has no numbers",
 
 test("measures are the largest, the smallest and the last value of their expressions", () => {
   const { peak, lowest, final, end_x, end_time } = cell({ places: [3, -3], times: [4, 5] });
-  // the kernel has the largest of minus the expression for a smallest value
+  // for a smallest value, the kernel has the largest of minus the expression
   assert.deepEqual([peak, lowest, final, end_x, end_time], [7, -4, 18, -3, 5]);
 });
 
-test("the error of a state is the difference of its passes, where nothing else is added", () => {
+test("the error of a state is the difference of its passes, if nothing else is added", () => {
   const { end_x_error } = cell({ places: [2, 2.125] });
   assert.equal(end_x_error, 0.125);
 });
 
-test("a label is the first whose expressions are all above 0 in both passes", () => {
+test("a label is the first whose expressions are all positive in both passes", () => {
   assert.equal(cell({ places: [2, 2] }).label, 1);
   assert.equal(cell({ places: [-2, -2] }).label, 2);
   assert.equal(cell({ places: [-2, -2], times: [0.5, 0.5] }).label, 0);
   assert.equal(cell({ places: [0.95, 1.05] }).label, 0);
 });
 
-test("the change of what is conserved is over its largest term", () => {
+test("the change of a conserved quantity is relative to its largest term", () => {
   assert.equal(cell({ start: 1, places: [2, 2] }).conserved_change, 3 / 4);
   assert.equal(cell({ start: -2, places: [2, 2] }).conserved_change, 0);
   assert.ok(Number.isNaN(cell({ times: [NaN, NaN] }).conserved_change));

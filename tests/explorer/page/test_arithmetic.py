@@ -1,4 +1,4 @@
-"""The page's arithmetic, run in Node and compared with Python: doubles, addresses, clipping, nearest cells."""
+"""The page's arithmetic in Node compared with Python: doubles, addresses, clipping, nearest cells."""
 
 import math
 import re
@@ -22,12 +22,12 @@ SPEC = sweep.SweepSpec.preset("rolling", method="exact")
 
 CHECKOUT = Path(__file__).resolve().parents[3]
 
-#: Binary exponents of doubles that axes may meet.
+#: Range of binary exponents of doubles on axes.
 EXPONENTS = (-300, 300)
 
 
 def random_doubles(count):
-    """Return doubles of all magnitudes and signs, and powers of two with their neighbours."""
+    """Return doubles of all magnitudes and signs, and powers of two with their neighbors."""
     found = [
         random.choice((-1, 1)) * random.random() * 2.0 ** random.randint(*EXPONENTS) for _ in range(count)
     ]
@@ -37,7 +37,7 @@ def random_doubles(count):
 
 
 def test_unit_in_the_last_place(node):
-    """ulp() is that of Python for doubles of every magnitude."""
+    """ulp() equals Python's for doubles of every magnitude."""
     values = random_doubles(500)
     found = node.evaluate(
         "async values => { const { ulp } = await import('eulerdisk/axis_window'); return values.map(ulp) }",
@@ -47,7 +47,7 @@ def test_unit_in_the_last_place(node):
 
 
 def test_addresses_are_read_back_to_the_bit(node):
-    """Any doubles that stand in a state come out of its address as they went in."""
+    """All doubles of a state are read back from its address unchanged."""
     values = [value for value in random_doubles(300) if value]
     differing = node.evaluate(
         """async values => {
@@ -73,7 +73,7 @@ def test_addresses_are_read_back_to_the_bit(node):
 
 
 def test_a_pair_is_read_however_large_its_numbers_are(node):
-    """Two numbers are a point where their sum is none."""
+    """Two numbers are a point even if their sum overflows."""
     found = node.evaluate(
         """async () => {
             const { stateOf } = await import("eulerdisk/address");
@@ -85,7 +85,7 @@ def test_a_pair_is_read_however_large_its_numbers_are(node):
 
 
 def test_zoom_keeps_the_value_at_its_place(node):
-    """However often an axis is zoomed in about a place, the value there moves by less than a thousandth of a pixel."""
+    """Repeated zooming about a place moves its value by less than a thousandth of a pixel."""
     for _ in range(20):
         place, centre = random.uniform(-1, 1), random.uniform(-5, 5)
         found = node.evaluate(
@@ -103,7 +103,7 @@ def test_zoom_keeps_the_value_at_its_place(node):
 
 @pytest.mark.parametrize("scale", ["linear", "log"])
 def test_windows_end_where_numbers_do(node, scale):
-    """Wherever an address leads, both ends of a side are numbers, and of a logarithmic one not zero."""
+    """For any address, both ends of an axis are finite, and nonzero if it is logarithmic."""
     found = node.evaluate(
         """async ([scale, numbers]) => {
             const [{ withinDomain, firstState }, { ends }] = await Promise.all([
@@ -123,7 +123,7 @@ def test_windows_end_where_numbers_do(node, scale):
 
 
 def test_zoom_out_ends(node):
-    """How far one can zoom out is told by the slider, where the parameter is none of the base's axes."""
+    """For a parameter that is not an axis of the base, the slider limits zooming out."""
     half = node.evaluate(
         """async () => {
             const { halfOfRange, firstState } = await import("eulerdisk/state");
@@ -133,17 +133,17 @@ def test_zoom_out_ends(node):
             return halfOfRange(about, wide, "x");
         }"""
     )
-    # the slider of gravity reaches from 0.1 to 30
+    # the slider of gravity goes from 0.1 to 30
     assert half == pytest.approx(math.log(300.0) / 2.0)
 
 
 def inside(point, box):
-    """Return whether a point lies in a box, to rounding."""
+    """Return True if a point is in a box, up to rounding."""
     return box[0] - 1e-9 <= point[0] <= box[2] + 1e-9 and box[1] - 1e-9 <= point[1] <= box[3] + 1e-9
 
 
 def test_clipping_keeps_what_is_inside(node):
-    """Points of a polyline that lie inside of a box are on its clipped pieces, and these leave the box nowhere."""
+    """Points of a polyline inside a box are on its clipped pieces, which stay in the box."""
     box = [0.0, 0.0, 10.0, 6.0]
     for scale in (1.0, 10.0, 1e9):
         points = [[random.uniform(-scale, scale + 10), random.uniform(-scale, scale + 6)] for _ in range(30)]
@@ -156,7 +156,7 @@ def test_clipping_keeps_what_is_inside(node):
         )
         assert all(inside(point, box) for piece in pieces for point in piece)
         length = sum(math.dist(*pair) for piece in pieces for pair in pairwise(piece))
-        # the length inside, counted in small steps along each segment
+        # the length inside, measured in small steps along each segment
         steps = np.linspace(0.0, 1.0, 200_001)
         expected = 0.0
         for (x0, y0), (x1, y1) in pairwise(points):
@@ -169,7 +169,7 @@ def test_clipping_keeps_what_is_inside(node):
 
 @pytest.mark.parametrize("falling", [False, True])
 def test_pixels_show_the_nearest_cell(node, falling):
-    """A place has the cell that is nearest, and none if it is farther out than half a cell."""
+    """A place has the nearest cell, or none if it is more than half a cell outside."""
     places = sorted(random.uniform(0, 10) for _ in range(40))
     ordered = places[::-1] if falling else places
     wanted = [random.uniform(-1, 11) for _ in range(300)]
@@ -188,7 +188,7 @@ def test_pixels_show_the_nearest_cell(node, falling):
 
 
 def test_colours_are_those_of_the_figures(node):
-    """Numbers have the colours of the figures, light for small ones, to 4 of 255 steps; so have flags."""
+    """Numbers and flags have the figures' colors, light for small numbers, to 4 of 255 steps."""
     from matplotlib import colormaps
     from matplotlib.colors import to_hex, to_rgb
 
@@ -217,7 +217,7 @@ def test_colours_are_those_of_the_figures(node):
     assert painted["losses"] == [to_hex(losses_map._NONE), *laws]
     others = np.array([to_rgb(each) for each in painted["other"]])
     assert np.abs(others - colormaps["viridis_r"](np.linspace(0.0, _PART, 6))[:, :3]).max() <= 4.0 / 255.0
-    # the curves of a motion have them too
+    # the curves of a motion have these colors, too
     sheet = (CHECKOUT / "sweep/explorer/page/motion/motion.css").read_text(encoding="utf-8")
     names = [measure for _, measure in LOSSES.values()]
     assert [re.findall(rf"\.{name} {{\s*--kind: (#\w+);", sheet) for name in names] == [
@@ -226,7 +226,7 @@ def test_colours_are_those_of_the_figures(node):
 
 
 def test_colours_are_spread_as_in_figures(node, rng):
-    """The page takes equal steps of the value or of its logarithm, from end to end, as a figure does."""
+    """The page has equal steps of the value or its logarithm from end to end, like a figure."""
     from matplotlib.colors import LogNorm
 
     from sweep.figures.shade import Shade, common_norm
@@ -257,7 +257,7 @@ def test_colours_are_spread_as_in_figures(node, rng):
 
 
 def test_a_line_crosses_each_of_its_rows_once(node):
-    """A line whose points lie on the rows of cells has a value in every row, the last and a single one too."""
+    """A line with points on the rows of cells has a value in every row, including the last or only one."""
     open_line = [[2.0, 0.1], [2.1, 0.2], [2.2, 0.3]]
     ring = [[1.0, 0.1], [2.0, 0.2], [1.0, 0.3], [0.0, 0.2], [1.0, 0.1]]
     asked = [
@@ -281,7 +281,7 @@ def test_a_line_crosses_each_of_its_rows_once(node):
 
 
 def test_cells_of_a_logarithmic_axis_meet_at_their_geometric_mean(node):
-    """An exported page has the cell of a value that is nearest on the axis of the atlas, and none far beyond it."""
+    """An exported page has the cell nearest on the atlas's axis, and none far outside."""
     found = node.evaluate(
         """async values => {
             const { StoredCells } = await import("eulerdisk/stored_cells");
@@ -297,7 +297,7 @@ def test_cells_of_a_logarithmic_axis_meet_at_their_geometric_mean(node):
 
 
 def test_sliders_have_their_values_where_they_stand(node):
-    """The middle of a slider is the mean of its ends, or the geometric one; a value leads back to its place."""
+    """The middle of a slider is the arithmetic or geometric mean of its ends; a value has its place."""
     found = node.evaluate(
         """async () => {
             const { shareOnRuler, valueOnRuler } = await import("eulerdisk/elements");
@@ -324,7 +324,7 @@ def test_sliders_have_their_values_where_they_stand(node):
 
 
 def test_a_page_of_a_system_takes_numbers_of_its_words_alone(opened):
-    """A parameter takes another number; the duration, which the kernel was given, is refused and not passed over."""
+    """Parameters may change; the duration, which the kernel has fixed, is refused."""
     spec = SweepSpec.preset("kapitza")
     view = {"base": "", **sides(spec)}
     held = plan(View.read({**view, "words": {}}, spec))

@@ -1,11 +1,11 @@
-"""What the page counts for a motion: its clock, the values between samples, curves, digits, and shapes of the disk."""
+"""The page's computations for a motion: clock, interpolation, curves, digits, and shapes of the disk."""
 
 import numpy as np
 import pytest
 
 
 def test_a_motion_goes_on_where_it_was_paused(node):
-    """The time of a pause is no time of the motion, and a page that was hidden loses no more than one picture."""
+    """A pause does not count as time of the motion, and a hidden page loses at most one frame."""
     times = node.evaluate(
         """async () => {
             const { Clock } = await import("eulerdisk/motion/clock");
@@ -34,7 +34,7 @@ def test_a_motion_goes_on_where_it_was_paused(node):
 
 
 def test_between_samples_a_motion_is_smooth(node):
-    """A parabola is met exactly between samples at uneven times; at both ends, and beyond, it stays at its samples."""
+    """A parabola is exact between uneven samples; at both ends and beyond, the motion stays at its samples."""
     times = [0.0, 0.1, 0.4, 0.5, 1.1, 1.3, 2.0]
     values = [3.0 * t * t - 2.0 * t + 1.0 for t in times]
     asked = [0.15, 0.3, 0.45, 0.7, 1.0, 1.2]
@@ -52,7 +52,7 @@ def test_between_samples_a_motion_is_smooth(node):
 
 
 def test_the_trail_ends_at_the_disk(node):
-    """Of the path as much is strong as has been passed, and its middle goes through the samples."""
+    """The strong part of the path ends at the current time, and its center line passes through the samples."""
     times = [0.0, 0.5, 1.0, 2.0]
     found = node.evaluate(
         """async times => {
@@ -74,7 +74,7 @@ def test_the_trail_ends_at_the_disk(node):
 
 
 def test_wells_and_barriers_are_told_to_five_digits(node):
-    """The labels of dots have the digits that the curve is right to, and the unit that people read."""
+    """The labels of dots have the curve's accurate digits and the displayed unit."""
     labels = node.evaluate(
         """async () => {
             const { potentialFigure } = await import("eulerdisk/motion/figures");

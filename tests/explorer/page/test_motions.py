@@ -1,4 +1,4 @@
-"""Motions that the page computes, against SciPy's DOP853 and the balance of energy."""
+"""Motions computed by the page, compared with SciPy's DOP853 and the energy balance."""
 
 import math
 import re
@@ -40,11 +40,11 @@ def motion(opened):
 
 
 def start_of(**values):
-    """Return a start with these values, all others those of a disk at rest."""
+    """Return a start with these values; the others are those of a disk at rest."""
     return {"tilt": 0.0, "tilt_rate": 0.0, "precession_rate": 0.0, "roll_rate": 0.0, **DISK, **values}
 
 
-#: One well, two wells, a start beside the barrier, a kick, a spin, a hoop that leans and does all at once.
+#: One well, two wells, a start near the barrier, a kick, a spin, a tilted hoop with all of these.
 STARTS = [
     start_of(tilt=0.02, roll_rate=3.0),
     start_of(tilt=0.02, roll_rate=2.3),
@@ -56,13 +56,13 @@ STARTS = [
 
 
 def by_scipy(start, times):
-    """Return the same motion by SciPy's DOP853, at times that are evenly spaced."""
+    """Return the same motion by SciPy's DOP853 at evenly spaced times."""
     interval = times[1]
     return sweep.simulate(**start, duration=times[-1], interval=interval, method="dop853")
 
 
 def test_a_slow_fall_is_followed_to_its_end(motion):
-    """A disk that is let go next to upright falls after more than the 6 s that any motion is followed for."""
+    """A disk released almost upright falls after more than 6 s, the minimum time for any motion."""
     start = start_of(tilt=1e-3, radius=20.0)
     head, arrays = motion(start)
     fallen = sweep.simulate(**start, duration=100.0)
@@ -91,7 +91,7 @@ def test_samples_are_those_of_the_motion(motion):
 
 
 def test_a_swing_is_followed_for_three_periods_and_a_fall_to_its_end(motion):
-    """The time that is shown follows from the motion; a request may name one."""
+    """The shown time follows from the motion, unless the request gives one."""
     head, arrays = motion(start_of(tilt=0.02, roll_rate=2.56))
     assert arrays["time"][-1] == pytest.approx(3.0 * head["period"])
     assert head["ending"].startswith("followed for")
@@ -103,7 +103,7 @@ def test_a_swing_is_followed_for_three_periods_and_a_fall_to_its_end(motion):
 
 
 def test_a_fast_disk_is_shown_for_a_shorter_time(motion):
-    """A disk at 100 rad/s has few thousand samples."""
+    """A disk at 100 rad/s has only a few thousand samples."""
     _, arrays = motion(start_of(tilt=0.02, roll_rate=100.0))
     assert arrays["time"][-1] * 100.0 <= 401.0
     assert arrays["time"].size < 5000
@@ -121,7 +121,7 @@ LOSSES = [
 
 @pytest.mark.slow_lane
 def test_the_ledger_adds_up(motion):
-    """What the losses have taken, and the energy that is left, are the energy of the start; each loss only grows."""
+    """Losses and remaining energy add up to the start's energy, and each loss only grows."""
     for losses in LOSSES:
         with case(losses):
             head, arrays = motion(start_of(tilt=0.3, roll_rate=2.0, precession_rate=2.0), 20.0, losses)
@@ -133,7 +133,7 @@ def test_the_ledger_adds_up(motion):
 
 
 def test_a_disk_with_losses_stops(motion):
-    """A toy that wobbles on its mirror becomes flat within its losses, and the head says when."""
+    """A toy that wobbles on its mirror becomes flat, and the head gives the time."""
     toy = SweepSpec.preset("toy")
     losses = {
         name: getattr(toy, name)
@@ -153,20 +153,20 @@ def test_a_disk_with_losses_stops(motion):
 
 
 def test_a_mass_alone_is_no_loss(motion):
-    """The mass of a disk without losses changes no motion."""
+    """Without losses, the mass of a disk does not change its motion."""
     head, _ = motion(STARTS[0], losses={"mass": 3.0})
     assert not head["lossy"]
 
 
 def test_little_friction_lets_the_disk_slip(motion):
-    """A friction coefficient below what rolling needs ends the motion, though nothing else is lost."""
+    """A friction coefficient below what rolling needs ends the motion, even without other losses."""
     head, arrays = motion(start_of(tilt=0.02, roll_rate=2.3), losses={"friction": 0.05})
     assert head["ending"].startswith("slipped at")
     assert arrays["friction_needed"].max() == pytest.approx(0.05, rel=1e-6)
 
 
 def test_both_ends_of_every_slider_are_possible(motion):
-    """A slider of a loss asks for nothing that is refused."""
+    """Both ends of each loss slider are accepted."""
     controls = motion(STARTS[0], 0.5)[0]["losses"]
     for end in ["low", "high"]:
         with case(end):
@@ -177,7 +177,7 @@ def test_both_ends_of_every_slider_are_possible(motion):
 
 @pytest.mark.slow_lane
 def test_any_start_has_finite_arrays(motion, rng, count):
-    """Every array is described, and finite but where it says so; time goes on."""
+    """Every array is described, finite except where stated, and time increases."""
     for _ in range(count(15, 200)):
         rates = dict(
             zip(("tilt_rate", "precession_rate", "roll_rate"), rng.uniform(-30, 30, 3).tolist(), strict=True)
@@ -194,7 +194,7 @@ def test_any_start_has_finite_arrays(motion, rng, count):
 
 
 def test_a_start_without_motion_is_refused_in_words(opened):
-    """Where no rate keeps the tilt there is no motion, nor of a start that is none, or whose energy is no number."""
+    """A start without a steady rate, an invalid one, and one with infinite energy have no motion."""
     page = opened()
     steady = {"precession_rate": "steady-slow", "roll_rate": 0.1}
     for words, axis, x, facts in [
@@ -210,7 +210,7 @@ def test_a_start_without_motion_is_refused_in_words(opened):
 
 
 def test_a_small_disk_is_followed_for_so_many_of_its_own_units(motion):
-    """A disk of a micrometre that turns on its edge forever is shown for a shorter time than one of a metre."""
+    """A micrometer disk that turns on its edge is shown for a shorter time than a meter disk."""
     for losses, units in [(None, 4e3), ({"rolling_friction": 1e-13}, 4e4)]:
         with case(losses, units):
             start = start_of(radius=1e-6, precession_rate=1.0)
@@ -222,7 +222,7 @@ def test_a_small_disk_is_followed_for_so_many_of_its_own_units(motion):
 
 
 def test_a_loss_that_cannot_be_is_refused(motion):
-    """Whatever an address asks for, the answer is a sentence that names the word."""
+    """A bad loss is refused with a sentence that names the word."""
     for losses, said in [
         ({"magic": 1.0}, "magic"),
         ({"rolling_friction": -1.0}, "rolling_friction must be a number not below 0; got -1"),
@@ -236,7 +236,7 @@ def test_a_loss_that_cannot_be_is_refused(motion):
 
 
 def test_a_disk_that_leaves_the_table_at_once_has_no_motion(motion):
-    """With losses it ends where it begins, and the page says so."""
+    """With losses, such a motion ends where it starts, and the page says so."""
     start = start_of(
         tilt=1e-20, roll_rate=-0.28, alpha=0.3901, tilt_rate=-0.696, precession_rate=-0.66, gravity=0.2075
     )
@@ -245,7 +245,7 @@ def test_a_disk_that_leaves_the_table_at_once_has_no_motion(motion):
 
 
 def test_what_is_explained_beside_a_motion_is_said_of_it(opened, url):
-    """With losses its words are those of the disk that stops, at this very place."""
+    """With losses, the text is about the disk that stops, at exactly this place."""
     page, place = opened(), {"x": 3.0, "y": 0.15}
     for losses, ending in [({}, "bounded"), ({"mass": 2.0}, "bounded"), ({"contour_friction": 1e-3}, "flat")]:
         with case(losses):
@@ -259,7 +259,7 @@ def test_what_is_explained_beside_a_motion_is_said_of_it(opened, url):
             }
             if ending == "flat":
                 assert told["end_time"] == pytest.approx(arrays["time"][-1], rel=1e-5)
-            # no sample is beyond the extremes, and with a sample every few degrees of the swing some are near them
+            # no sample is beyond the extremes, and with one every few degrees some are near them
             tilts = np.degrees(arrays["tilt"])
             assert told["tilt_min"] - 1e-3 <= tilts.min() <= tilts.max() <= told["tilt_max"] + 1e-3
             assert np.ptp(tilts) == pytest.approx(told["tilt_max"] - told["tilt_min"], rel=0.01)
@@ -267,7 +267,7 @@ def test_what_is_explained_beside_a_motion_is_said_of_it(opened, url):
 
 @pytest.mark.slow_lane
 def test_words_of_a_stored_atlas_are_those_of_the_place(tmp_path, served_with, opened):
-    """A motion between the cells of a file with losses has its own end, in its picture, numbers and words."""
+    """A motion between the cells of a file with losses has its own end in picture, numbers and text."""
     path = tmp_path / "toy.nc"
     words = {
         "tilt": "60deg:70deg:3",
@@ -287,13 +287,13 @@ def test_words_of_a_stored_atlas_are_those_of_the_place(tmp_path, served_with, o
     assert numbers["end_time"]["value"] == pytest.approx(arrays["time"][-1], abs=1e-4)
     assert "tilt 63 deg" in text
     assert numbers["end_time"]["text"] in text
-    # what is pointed at is the nearest cell
+    # the pointer shows the nearest cell
     nearest = ask(page, "point", **asked)
     assert nearest["numbers"] == nearest["stored"]["numbers"]
 
 
 def _moved(page, explorer, place):
-    """Return what the page tells of the motion at a place and of the cell there, and when the motion ended."""
+    """Return the page's text about the motion at a place and about its cell, and the motion's end time."""
     view = about(explorer.url)["bases"][0]["view"]
     asked = {"view": view, "x": place[view["x"]["name"]], "y": place[view["y"]["name"]]}
     _, arrays = ask(page, "motion", **asked)
@@ -302,7 +302,7 @@ def _moved(page, explorer, place):
 
 @pytest.mark.slow_lane
 def test_a_loss_may_be_a_side_of_the_map(tmp_path, served_with, opened):
-    """The motion of a place has the friction of the place."""
+    """The motion at a place has the friction of the place."""
     path, words = tmp_path / "toy.nc", {"precession_rate": 50.0, "duration": "20s", "criterion": "aloft:5s"}
     axes = {"contour_friction": "1e-4:1e-3:3", "tilt": "60deg:70deg:3"}
     sweep.run_to_file(SweepSpec.preset("toy", **words, **axes), path)
@@ -319,7 +319,7 @@ def test_a_loss_may_be_a_side_of_the_map(tmp_path, served_with, opened):
 
 @pytest.mark.slow_lane
 def test_an_atlas_of_a_body_with_losses_has_motions(tmp_path, served_with, opened):
-    """A motion between cells has its own end and no verdict, which only that of a cell has."""
+    """A motion between cells has its own end but no verdict, because only cells have one."""
     path = tmp_path / "rim.nc"
     words = {"thickness": "12.8mm", "fillet": "2mm", "duration": "20s", "criterion": "aloft:5s"}
     axes = {"contour_friction": "1e-4:1e-3:3", "tilt": "60deg:70deg:3"}
@@ -348,7 +348,7 @@ WORDS = """async ([tables, plan, losses]) => {
 
 
 def test_a_loss_beside_those_of_an_atlas_leaves_them_as_they_are(opened):
-    """The air and the mass of the cells stay what they are; only what a slider says is another: as in a command."""
+    """Air and mass of the cells stay as they are; only the slider's value changes, as in a command."""
     page, spec = opened(), sweep.SweepSpec.preset("toy")
     start = {"tilt": 0.53, "tilt_rate": 0.0, "precession_rate": 24.5, "roll_rate": 2.2}
     start |= {name: getattr(spec, name) for name in spec.model.parameters if name not in start}
@@ -370,7 +370,7 @@ def test_a_loss_beside_those_of_an_atlas_leaves_them_as_they_are(opened):
 
 
 def test_losses_leave_what_a_start_disturbs(url):
-    """A steady circling to which losses are given is judged by how far it leaves its own tilt, not the upright disk."""
+    """A steady circling with losses is judged by the departure from its own tilt, not from upright."""
     (base,) = (each for each in about(url)["bases"] if each["name"] == "circling")
     asked = {"view": base["view"], "x": 0.3, "y": 2.0, "losses": {"contour_friction": 1e-4}}
     words = post(url, "explain", **asked)["text"]

@@ -1,4 +1,4 @@
-"""Motions of other bodies that the page computes: those of `sweep.simulate`, and their potential."""
+"""The page's motions of other bodies agree with `sweep.simulate`, including their potential."""
 
 import math
 
@@ -17,13 +17,13 @@ from sweep.request.spec import SweepSpec
 from .asking import ask
 from .test_truth import BODIES
 
-#: What is compared, in space -> its stated error.
+#: Compared quantities in space, and their stated errors.
 STATED = {
     "axis": "orientation_error", "painted": "orientation_error", "turning": "rate_error", "centre": "path_error",
     "contact": "path_error", "force": "force_error",
 }  # fmt: skip
 
-#: The potential less the energy at tilts, as the page draws it.
+#: The potential minus the energy at tilts, as drawn by the page.
 EXCESS = """async ([start, body, tilts]) => {
     const { curveOfBody } = await import("eulerdisk/motion/body_potential");
     const curve = curveOfBody(start, body);
@@ -31,7 +31,7 @@ EXCESS = """async ([start, body, tilts]) => {
 }"""
 
 
-#: Milliseconds that each of some motions takes, with its potential.
+#: Time [ms] of each motion with its potential.
 CLICKS = """async (requests) => {
     const { ServerSource } = await import("eulerdisk/server_source");
     const { Samples } = await import("eulerdisk/motion/samples");
@@ -54,7 +54,7 @@ CLICKS = """async (requests) => {
     ]
 )
 def shown(request, served_with, opened):
-    """Return a page with a map of a body, its view, and a function that asks for the motion at shares of its sides."""
+    """Return a page with a map of a body, its view, and a function that requests the motion at shares of its sides."""
     words = BODIES[request.param]
     spec = SweepSpec.from_words(*((words[0], words[1:]) if "=" not in words[0] else ("rolling", words)))
     view = View.read({**sides(spec), "base": "", "words": {}}, spec)
@@ -85,10 +85,11 @@ def shown(request, served_with, opened):
 
 @pytest.mark.slow_lane
 def test_a_motion_is_that_of_the_program(shown):
-    """At the same times within 1e-9 of `sweep.simulate`, which is compared with a rigid body in space, in space.
+    """Samples agree within 1e-9 with `sweep.simulate`, which is itself compared with a rigid body in space.
 
-    Where motions part, so that it states a larger error, within four times that. Two seconds of each are compared:
-    beside a separatrix rounding of the start grows to more than either states.
+    For diverging motions with a larger stated error, the limit is four times that. Only two seconds are
+    compared, because
+    near a separatrix the start's rounding grows beyond both stated errors.
     """
     _, view, asked = shown
     for x, y in ((0.2, 0.3), (0.7, 0.8), (0.45, 0.05)):
@@ -111,7 +112,7 @@ def test_a_motion_is_that_of_the_program(shown):
 
 @pytest.mark.slow_lane
 def test_a_motion_with_losses_is_that_of_the_program(shown):
-    """Ending, last sample and what each law took agree with `sweep.simulate`; a ball has none and is refused."""
+    """Ending, last sample and losses by law agree with `sweep.simulate`; a ball has no losses and is refused."""
     _, view, asked = shown
     losses = {"rolling_friction": 2e-3, "contour_friction": 1e-3, "pivoting_friction": 1e-4}
     losses = {name: value * view.spec.radius for name, value in losses.items()}
@@ -134,14 +135,14 @@ def test_a_motion_with_losses_is_that_of_the_program(shown):
         other = motion[name].values / unit
         size = max(1.0, float(np.abs(other).max()))
         assert abs(arrays[name][-1] - other[-1]) < 1e-6 * size, name
-    # a longer one needs more samples, as often as the body turns
+    # a longer motion has more samples, depending on the body's turns
     _, arrays, _ = asked(0.45, 0.6, 20.0, losses)
     count = sweep.simulate(**start | words | losses, duration=20.0).sizes["elapsed_time"]
     assert arrays["time"].size == pytest.approx(count, rel=0.01)
 
 
 def test_the_potential_is_that_of_the_motion(shown):
-    """Along a motion it is below the energy by the kinetic energy of the tilt; the curve knows the start alone."""
+    """Along a motion, the curve is below the energy by the kinetic energy of the tilt; it uses only the start."""
     page, view, asked = shown
     head, arrays, start = asked(0.45, 0.6)
     body = body_of(view.spec, {name: np.array([value]) for name, value in start.items()})
@@ -164,7 +165,7 @@ def test_the_potential_is_that_of_the_motion(shown):
 
 
 def test_a_click_is_answered_at_once(shown):
-    """Motion and potential take less than 100 ms on a free processor; on that of a test at most twice as long."""
+    """Motion and potential take less than 100 ms on an idle processor, and at most twice that in this test."""
     page, view, _ = shown
     place = {side: getattr(view, side).ends() for side in ("x", "y")}
     requests = [

@@ -1,4 +1,4 @@
-"""Motions of a user's system that the page computes, against SciPy's DOP853."""
+"""The page's motions of a user's system compared with SciPy's DOP853."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from .asking import Refused, ask
 
 pytestmark = pytest.mark.slow_lane
 
-#: Lorenz's equations, which end where z is too high, and a state that may grow without bound.
+#: Lorenz's equations, which end if z is too high, and a state that may diverge.
 LORENZ = """
 from sweep.systems import system
 
@@ -35,14 +35,14 @@ def rates(_, state, rho):
 
 @pytest.fixture
 def lorenz(tmp_path, monkeypatch):
-    """Return the spec of the system, in a folder of its own."""
+    """Return the spec of the system, in its own folder."""
     monkeypatch.chdir(tmp_path)
     Path("lorenz.py").write_text(LORENZ, encoding="utf-8")
     return SweepSpec.read("lorenz.py", rho="0.5:30:3", top="20:1000:3")
 
 
 def test_a_motion_is_that_of_scipy(lorenz, served_with, opened):
-    """States to within 1e-6 of SciPy's while they are known, when a motion ends, and from when on it is not known."""
+    """Known states agree to 1e-6 with SciPy; ending and loss of accuracy are at the right times."""
     explorer = served_with("lorenz.py")
     page = opened(explorer.url)
     view = {**sides(lorenz), "base": "", "words": {}}
@@ -69,7 +69,7 @@ def test_a_motion_is_that_of_scipy(lorenz, served_with, opened):
     assert (head["ended"], head["doubtful"], samples["time"][-1]) == (False, None, 60.0)
     assert abs(samples["x"][-1]) < 1e-9
 
-    # numbers with sixteen digits are apart after some 35 s, for exp(0.9 t) is then 1e14
+    # numbers with sixteen digits diverge after about 35 s, when exp(0.9 t) is 1e14
     head, samples = motion(28.0, 1000.0)
     program = sweep.simulate("lorenz.py", rho=28.0, top=1000.0)
     assert not head["ended"]

@@ -1,4 +1,4 @@
-"""Numbers that the page writes, against Python's exact decimals and formats."""
+"""Numbers written by the page, compared with Python's exact decimals and formats."""
 
 import itertools
 import math
@@ -11,7 +11,7 @@ GENERAL = """async asked => {
     return asked.map(([value, digits]) => general(value, digits));
 }"""
 
-#: Ticks of axes [centre, half, scale, factor, count].
+#: Ticks of axes [center, half, scale, factor, count].
 TICKS = """async asked => {
     const { ticksOf } = await import("eulerdisk/ticks");
     return asked.map(([centre, half, scale, factor, count]) => ticksOf({ centre, half, scale }, factor, count));
@@ -26,8 +26,8 @@ SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻−", "0123456789--"
 
 
 def test_numbers_are_spelled_as_by_the_program(node):
-    """A number has the text of Python's format "g", whatever its size and its digits."""
-    # a half between two numbers is rounded to the even one by Python, and away from zero by JavaScript
+    """A number of any size and digits has the text of Python's format "g"."""
+    # Python rounds halves to even, JavaScript away from zero
     values = [
         *random_doubles(400),
         0.0,
@@ -52,7 +52,7 @@ def test_numbers_are_spelled_as_by_the_program(node):
 
 
 def test_angles_of_many_turns_are_told_in_turns(node):
-    """From ten turns on an angle is a number of turns, and below in degrees: as messages of the program say it."""
+    """From ten turns on an angle is given in turns, below in degrees, as in messages of the program."""
     script = """async values => {
         const { spelled } = await import("eulerdisk/compute/spelling");
         const told = { unit: "deg", factor: 180 / Math.PI };
@@ -63,7 +63,7 @@ def test_angles_of_many_turns_are_told_in_turns(node):
 
 
 def test_readable_numbers_are_the_numbers(node):
-    """With superscripts read back, a number is its value rounded to its digits."""
+    """With superscripts parsed, a number is its value rounded to its digits."""
     asked = [[value, digits] for value in random_doubles(200) for digits in (1, 4, 6)]
     for (value, digits), text in zip(asked, node.evaluate(READABLE, asked), strict=True):
         plain = text.translate(SUPERSCRIPTS).replace("×10", "e")
@@ -71,7 +71,7 @@ def test_readable_numbers_are_the_numbers(node):
 
 
 def windows(rng, count):
-    """Return random axes of all widths, as [centre, half, scale, factor, about how many ticks]."""
+    """Return random axes of all widths, as [center, half, scale, factor, approximate number of ticks]."""
     found = []
     for _ in range(count):
         centre = float(rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-6.0, 6.0))
@@ -85,7 +85,7 @@ def windows(rng, count):
 
 
 def read(label, offset, power):
-    """Return the value of a label, exactly."""
+    """Return the exact value of a label."""
     text = label.translate(SUPERSCRIPTS)
     if "10" in text and label[-1] in "⁰¹²³⁴⁵⁶⁷⁸⁹":
         lead, _, exponent = label.rpartition("10")
@@ -94,7 +94,7 @@ def read(label, offset, power):
 
 
 def test_labels_are_the_values_at_their_places(node, rng, count):
-    """What a label says lies where its tick is, to 1e-5 of the window; steps are equal, or decades."""
+    """The value of a label is at its tick, to 1e-5 of the window; steps are equal or decades."""
     asked = windows(rng, count(300, 5000))
     for (centre, half, scale, factor, most), axis in zip(asked, node.evaluate(TICKS, asked), strict=True):
         labelled = [tick for tick in axis["ticks"] if tick["label"]]
@@ -118,7 +118,7 @@ def test_labels_are_the_values_at_their_places(node, rng, count):
         assert scale == "log" or len(values) >= 0.6 * most - 1, (centre, half, most)
         for step in steps:
             assert step.normalize().as_tuple().digits in ((1,), (2,), (5,))
-            # none is left out at either end
+            # no tick is missing at either end
             ends = [Decimal(each) * Decimal(factor) for each in (centre - half, centre + half)]
             if scale == "linear":
                 assert min(values) - ends[0] < step * Decimal("1.001")

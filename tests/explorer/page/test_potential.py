@@ -1,4 +1,4 @@
-"""The potential that the page draws and the shapes of bodies, against motions and meridians of the program."""
+"""The potential drawn by the page and the shapes of bodies, compared with the program's motions and meridians."""
 
 import math
 
@@ -28,7 +28,7 @@ SHAPE = """async ([name, cell]) => {
     return [core, shift, edge, square, axial, transverse];
 }"""
 
-#: One well, two wells, beside the barrier, a kick, a spin, a hoop that does all at once, one that circles steeply.
+#: One well, two wells, near the barrier, a kick, a spin, a hoop with all of these, and a steep circling.
 STARTS = [
     {"tilt": 0.02, "roll_rate": 3.0},
     {"tilt": 0.02, "roll_rate": 2.3},
@@ -41,18 +41,18 @@ STARTS = [
 
 
 def start_of(given):
-    """Return a whole start."""
+    """Return a complete start."""
     return {"tilt": 0.0, "tilt_rate": 0.0, "precession_rate": 0.0, "roll_rate": 0.0, **DISK, **given}
 
 
 def cell_of(start):
-    """Return the cell of a start, by the exact reduction."""
+    """Return the cell of a start by the exact reduction."""
     axes = {name: [start[name]] for name in ("tilt", "roll_rate")}
     return sweep.run("rolling", method="exact", **start | axes)
 
 
 def test_the_potential_is_below_the_energy_by_the_kinetic_energy_of_the_tilt(node):
-    """Along a motion the curve of its start is minus (1 + alpha/2) w^2/2, with the rate over sqrt(g/R)."""
+    """Along a motion, the curve is minus (1 + alpha/2) w^2/2, with the rate w over sqrt(g/R)."""
     for given in STARTS:
         with case(given):
             start = start_of(given)
@@ -61,7 +61,7 @@ def test_the_potential_is_below_the_energy_by_the_kinetic_energy_of_the_tilt(nod
             found = node.evaluate(POTENTIAL, [start, math.radians(89.0), tilts.tolist()])
             rates = motion["tilt_rate"].values * math.sqrt(start["radius"] / start["gravity"])
             expected = -0.5 * (1.0 + 0.5 * start["alpha"]) * rates**2
-            # between its 241 points the curve is straight, which is seen where it is steep
+            # the curve is straight between its 241 points, which matters where it is steep
             near = np.abs(tilts) < 1.25
             assert near.sum() > 10
             off = np.abs(np.array(found["at"])[near] - expected[near]).max()
@@ -69,7 +69,7 @@ def test_the_potential_is_below_the_energy_by_the_kinetic_energy_of_the_tilt(nod
 
 
 def test_wells_are_those_of_the_reduction_and_barriers_lie_between_them(node):
-    """There are as many wells as a cell has, each at a minimum, and a barrier between each two."""
+    """Each well of a cell is at a minimum of the curve, with a barrier between neighboring wells."""
     for given in STARTS:
         with case(given):
             start = start_of(given)
@@ -80,7 +80,7 @@ def test_wells_are_those_of_the_reduction_and_barriers_lie_between_them(node):
             assert len(wells) >= 1
             if len(wells) == 2:
                 assert any(wells[0] < each < wells[1] for each in barriers)
-            # the slope changes its sign there, on the curve that is drawn
+            # the slope of the drawn curve changes its sign here
             for tilt, height in found["wells"]:
                 beside = np.interp([tilt - 0.02, tilt + 0.02], found["tilt"], found["excess"])
                 assert height <= beside.min() + 1e-9
@@ -90,7 +90,7 @@ def test_wells_are_those_of_the_reduction_and_barriers_lie_between_them(node):
 
 
 def test_the_curve_shows_the_whole_swing(node):
-    """Both turning points lie on the curve, where its excess is 0 to what its points are apart."""
+    """Both turning points are on the curve, with zero excess within its point spacing."""
     for given in STARTS:
         with case(given):
             start = start_of(given)
@@ -105,7 +105,7 @@ def test_the_curve_shows_the_whole_swing(node):
             assert found["excess"][-1] > 0.0
 
 
-#: Bodies by their words, each with lengths of its own.
+#: Bodies by their words, each with its own lengths.
 BODIES = [
     {"body": "torus", "tube": 0.3},
     {"body": "rounded", "thickness": 0.4},
@@ -120,7 +120,7 @@ BODIES = [
 
 @pytest.mark.parametrize("words", BODIES, ids=lambda words: words["body"])
 def test_shapes_are_those_of_the_program(node, words):
-    """The arc of a body and its moments are those with which the program computes."""
+    """The arc of a body and its moments equal those of the program."""
     moments = {"axial_moment": 0.4, "transverse_moment": 0.3}
     spec = SweepSpec.preset("rolling", **{"tilt": 0.1, "roll_rate": 2.0} | moments | words)
     view = View.read({**sides(spec), "base": "", "words": {}}, spec)

@@ -1,4 +1,4 @@
-"""Cells of random starts and disks: the page has the numbers of the program."""
+"""For cells of random starts and disks, the page has the program's numbers."""
 
 import base64
 from pathlib import Path
@@ -16,7 +16,7 @@ from sweep.model.disk.model import DISK
 from sweep.model.disk.path import PATH_VARIABLES
 from sweep.request.spec import SweepSpec
 
-#: Ask workers for cells; their columns come back as the bytes of doubles, in base64.
+#: Ask workers for cells; their columns are returned as bytes of doubles, in base64.
 CELLS = """async ([plan, given, names, count]) => {
     const { Computation } = await import("eulerdisk/compute/computation");
     const answer = await fetch("./page/kernels.wasm");
@@ -36,12 +36,12 @@ CELLS = """async ([plan, given, names, count]) => {
     return names.map(packed);
 }"""
 
-#: Cells that one question has.
+#: Cells per question.
 PIECE = 20_000
 
 
 def columns_of_page(page, how, starts, names):
-    """Return columns as the page computes them by a plan, one piece after the other; shape (names, cells)."""
+    """Return columns that the page computes piece by piece from a plan, shape (names, cells)."""
     count = next(iter(starts.values())).size
     found = []
     for first in range(0, count, PIECE):
@@ -54,7 +54,7 @@ def columns_of_page(page, how, starts, names):
 
 
 def any_view(base, words):
-    """Return a view of a preset with these words; its sides do not matter."""
+    """Return a view of a preset with these words; its window does not matter."""
     sides = {"x": ("tilt", 0.1, 0.05), "y": ("alpha", 0.5, 0.4)}
     raw = {
         which: {"name": name, "centre": centre, "half": half, "scale": "linear"}
@@ -63,7 +63,7 @@ def any_view(base, words):
     return View.read({"base": base, "words": words, **raw}, SweepSpec.preset("rolling"))
 
 
-#: Some disks of all sizes, and odd criteria.
+#: Some disks of all sizes, and unusual criteria.
 WORDS = [
     ("rolling", {}),
     ("circling", {"precession_rate": 2.0}),
@@ -75,9 +75,9 @@ WORDS = [
 
 @pytest.mark.slow_lane
 def test_cells_without_losses(opened, rng, count):
-    """Random starts of all presets and odd disks: endings and wells are equal, numbers within 1e-12.
+    """For random starts of all presets and unusual disks, endings and wells are equal, and numbers agree to 1e-12.
 
-    The period is one of a tolerance of 1e-9, and the verdict may differ only within the stated error of the tilts.
+    Periods agree to 1e-9, and verdicts may differ only within the stated error of the tilts.
     """
     page = opened()
     for base, words in WORDS:
@@ -88,15 +88,15 @@ def test_cells_without_losses(opened, rng, count):
             "tilt_rate": rng.choice([0.0, 1.0], n) * rng.normal(0.0, 1.0, n) * 10.0 ** rng.uniform(-6, 1, n),
             "precession_rate": rng.choice([0.0, 1.0], n) * rng.normal(0.0, 5.0, n),
             "roll_rate": rng.normal(0.0, 5.0, n),
-            # few values: cells of one body share its panels
+            # few values, because cells of one body share its panels
             "alpha": rng.choice([0.5, 1.0, 0.031, 0.77], n),
             "radius": 10.0 ** rng.uniform(-4, 3, n),
             "gravity": 10.0 ** rng.uniform(-3, 3, n),
         }
-        # some beside the domain of a parameter
+        # some outside the domain of a parameter
         starts["alpha"][:50], starts["radius"][50:90] = 1.5, -1.0
         if view.live.computed:
-            # without a kick rounding decides whether a steady motion is exactly one
+            # without a kick, rounding decides if a motion is exactly steady
             starts["tilt_rate"] = 10.0 ** rng.uniform(-6, 0, n)
         starts = {name: values for name, values in starts.items() if name not in view.live.computed}
         full = view.spec.model.complete(
@@ -120,11 +120,11 @@ def test_cells_without_losses(opened, rng, count):
         for name in ("tilt_min", "tilt_max", "peak_tilt"):
             apart = np.abs(found[name] - expected[name])
             assert np.array_equal(np.isnan(found[name]), np.isnan(expected[name])), (base, name)
-            # a steady rate is rounded otherwise, and with it a motion that this sets off
+            # rounding differs for a steady rate and for the motion it starts
             assert np.nanmax(apart - (0.1 * error if view.live.computed else 0.0)) < 1e-12, (base, name)
         assert np.nanmax(np.abs(found["separatrix"] - expected["separatrix"])) < 1e-11 * 25.0, base
         both = np.isfinite(found["nutation_period"]) & np.isfinite(expected["nutation_period"])
-        # beside a separatrix rounding decides whether a period is known
+        # near a separatrix, rounding decides if a period is known
         assert (both | np.isnan(expected["nutation_period"])).mean() > 0.999, base
         period = expected["nutation_period"][both]
         assert np.max(np.abs(found["nutation_period"][both] - period) / period) < 1e-9, base
@@ -134,7 +134,7 @@ def test_cells_without_losses(opened, rng, count):
 
 @pytest.mark.slow_lane
 def test_cells_with_losses(opened, rng, count):
-    """Cells of the disk with losses have the endings of the program, and numbers within a tenth of their errors."""
+    """Endings equal the program's, and numbers agree within a tenth of their errors."""
     page = opened()
     for words in [{}, {"rolling_friction": "10um", "pivoting_friction": "20um", "air_law": "moffatt"}]:
         spec = SweepSpec.preset("toy", duration="20s", criterion="aloft:5s", **words)
@@ -195,10 +195,10 @@ SYSTEMS = {
 )
 @pytest.mark.slow_lane
 def test_cells_of_a_system(served_with, opened, rng, count, name, tmp_path, monkeypatch):
-    """Cells of a user's system have the program's endings, labels and verdicts, and its numbers as far as stated."""
+    """Endings, labels and verdicts of a user's system equal the program's, and numbers agree as stated."""
     monkeypatch.chdir(tmp_path)
     Path("any.py").write_text(ANY, encoding="utf-8")
-    # its file has no ranges
+    # this file has no ranges
     given = SweepSpec.read(name, **({"x": "-2.2:2.2:3", "y": "-2:2:3"} if name == "any.py" else {}))
     view = View.read({**sides(given), "base": "", "words": SYSTEMS[name]}, given)
     page = opened(served_with(name).url)
@@ -210,13 +210,13 @@ def test_cells_of_a_system(served_with, opened, rng, count, name, tmp_path, monk
     names = [*coded, *values, *values.values(), *(each for each in ["conserved_change"] if each in expected)]
     how = plan(view)["cells"]
     found = columns_of_page(page, how, starts, names)
-    # passes that end in the same place at other times are apart, if nothing is allowed
+    # with zero tolerance, passes that end in the same place at other times count as different
     strict = {**how, "system": {**how["system"], "same_time": 0.0, "same_place": 1e9}}
     (apart,) = columns_of_page(page, strict, starts, ["ending"]).values()
     ended = found["ending"] >= FIRST_EVENT
     assert (apart[ended] == DIFFERENT).any() == ended.any()
     assert np.array_equal(apart[found["ending"] == RUNS_ON], found["ending"][found["ending"] == RUNS_ON])
-    # the last bits of a motion decide whether a sensitive one is said to be
+    # the last bits of a motion decide if it is called sensitive
     same = np.all([found[each] == expected[each] for each in coded], axis=0)
     assert same.sum() >= n - max(1, 0.01 * n)
     kinds = [len(set(expected[each][same])) for each in coded]
@@ -225,7 +225,7 @@ def test_cells_of_a_system(served_with, opened, rng, count, name, tmp_path, monk
         apart, allowed = np.abs(found[each] - expected[each])[same], expected[error][same].astype(float)
         assert np.array_equal(np.isnan(found[each]), np.isnan(expected[each])), each
         assert np.nanmean(apart <= allowed + 1e-15) > 0.99, each
-        # stated in the same way: both from differences of passes, which rounding changes where they are small
+        # both errors are differences of passes, which rounding changes if they are small
         off = np.abs(found[error][same] - expected[error][same])
         assert np.mean(off <= 1e-3 * allowed) > 0.9, error
     if "conserved_change" in expected:
@@ -233,8 +233,8 @@ def test_cells_of_a_system(served_with, opened, rng, count, name, tmp_path, monk
         assert np.allclose(found["conserved_change"][same], change, rtol=1e-6, atol=1e-13, equal_nan=True)
 
 
-#: Bodies by their words, and disks whose paths are asked for: moments that follow and that are given, steady rates,
-#: contact forces, criteria of all kinds, upright, circling and on an end.
+#: Bodies by their words, and disks with paths: computed and given moments, steady rates, contact forces, all
+#: kinds of criteria, upright, circling and on an end.
 BODIES = {
     "disk": ["rolling", "path=yes", "contact=yes", "precession_rate=2",
              "criterion=path_drift > 2 or path_class == closed"],
@@ -260,10 +260,11 @@ BODIES = {
     ],
 )
 def test_cells_of_a_body(served_with, opened, rng, count, name):
-    """Cells of other bodies have the program's endings and verdicts, and numbers within 1e-10 of its.
+    """Endings and verdicts of other bodies equal the program's, and numbers agree to 1e-10.
 
-    The series of the reduction are summed otherwise, over some ten panels. Beside a separatrix rounding decides whether
-    there is a period, and how a cell ends.
+    The reduction's series are summed differently, over about ten panels. Near a separatrix, rounding decides
+    if there is a
+    period and how a cell ends.
     """
     words = BODIES[name]
     given = SweepSpec.from_words(*((words[0], words[1:]) if "=" not in words[0] else ("rolling", words)))
@@ -284,7 +285,7 @@ def test_cells_of_a_body(served_with, opened, rng, count, name):
     for each in (*names[2:], *more):
         both = same & np.isfinite(found[each]) & np.isfinite(expected[each])
         assert np.mean(both | np.isnan(expected[each])) > 0.999, each
-        # where the heading gains nearly whole turns the centre is far away, and rounding moves it as far
+        # if the heading gains almost whole turns, the center is far away and as sensitive to rounding
         near = (
             np.abs(2.0 * np.sin(0.5 * expected["heading_per_nutation"])) if each.startswith("ring") else 1.0
         )
@@ -294,7 +295,7 @@ def test_cells_of_a_body(served_with, opened, rng, count, name):
 
 @pytest.mark.parametrize("name", ["tilt_max", "stability"])
 def test_a_fault_is_seen(opened, name):
-    """What the page computes by another plan is not what the program computes: the comparison can fail."""
+    """A different plan gives different results, so the comparison can fail."""
     page, view = opened(), any_view("rolling", {})
     starts = {"tilt": np.full(3, 0.02), "roll_rate": np.full(3, 2.3), "alpha": np.full(3, 0.5)}
     how = plan(view)["cells"]

@@ -1,4 +1,4 @@
-"""Windows and points that the page computes are those of `sweep.run` at the same starts."""
+"""Windows and points computed by the page equal those of `sweep.run` at the same starts."""
 
 import numpy as np
 import pytest
@@ -10,20 +10,20 @@ from sweep.explorer.view import Side
 
 from .asking import ask
 
-#: Rate and tilt on the boundary of the preset, near which numbers change most.
+#: Rate and tilt on the boundary of the preset, where numbers change most.
 EDGE = 2.5494838, 2.0e-3
 
 BASES = ("rolling", "spinning", "circling")
 
 
 def values(given, count):
-    """Return the values at the centres of pixels, by the formula of the protocol."""
+    """Return the values at the centers of pixels, by the formula of the protocol."""
     places = [given["centre"] + given["half"] * ((2 * i + 1) / count - 1) for i in range(count)]
     return np.exp(places) if given["scale"] == "log" else np.array(places)
 
 
 def same(one, other):
-    """Return whether all values are equal, missing ones included, except for the rounding of elementary functions."""
+    """Return True if all values are equal, including NaN, except for rounding of elementary functions."""
     return np.allclose(one, other, rtol=1e-9, atol=1e-13, equal_nan=True)
 
 
@@ -36,7 +36,7 @@ def asked(opened):
 
 @pytest.mark.slow_lane
 def test_a_window_has_the_numbers_of_an_atlas_at_every_depth(asked):
-    """A window of 10**depth of its centre has the values and verdicts that `sweep.run` finds at the same starts."""
+    """A window of 10**depth of its center has the values and verdicts of `sweep.run` at the same starts."""
     for depth in range(0, -11, -1):
         for quantity in ["peak_tilt", "nutation_period", "amplification", "separatrix"]:
             with case(depth, quantity):
@@ -62,7 +62,7 @@ def test_a_window_has_the_numbers_of_an_atlas_at_every_depth(asked):
 
 
 def test_a_narrow_window_is_sent_in_double_precision(asked):
-    """Where values differ by less than single precision shows, they come as doubles, and none is lost."""
+    """If single precision cannot show the differences, values are sent as doubles."""
     x, y = side("roll_rate", 3.5, 1e-9), side("tilt", 0.01, 1e-11)
     _, arrays = asked("window", view={**ROLLING, "x": x, "y": y}, width=64, height=48, quantity="peak_tilt")
     assert arrays["value"].dtype == np.float64
@@ -70,7 +70,7 @@ def test_a_narrow_window_is_sent_in_double_precision(asked):
 
 
 def test_zoom_ends_where_pixels_are_a_few_units_wide(asked):
-    """The end is told where a pixel is less than 8 units in the last place wide, along either axis, and not before."""
+    """The end of zooming is reported exactly when a pixel is less than 8 units in the last place wide."""
     for scale in ["linear", "log"]:
         with case(scale):
             centre = np.log(0.01) if scale == "log" else 0.01
@@ -84,7 +84,7 @@ def test_zoom_ends_where_pixels_are_a_few_units_wide(asked):
 
 
 def test_a_window_of_1e_10_shows_no_steps():
-    """A window of 1e-10 of its centre has another start in every pixel of a screen."""
+    """A window of 1e-10 of its center has a different start in every screen pixel."""
     for given in (Side("roll_rate", 2.5573, 2.5573e-10, "linear"), Side("tilt", -4.0, 1e-10, "log")):
         at = given.values(1000)
         assert (np.diff(at) > 0.0).all()
@@ -92,7 +92,7 @@ def test_a_window_of_1e_10_shows_no_steps():
 
 
 def test_the_first_view_of_a_preset_is_all_of_it(asked, url):
-    """The window that a preset begins with has the verdicts of its atlas: as many stable and unstable cells."""
+    """The initial window of a preset has as many stable and unstable cells as its atlas."""
     for base in BASES:
         with case(base):
             (given,) = (each for each in about(url)["bases"] if each["name"] == base)
@@ -110,7 +110,7 @@ def test_the_first_view_of_a_preset_is_all_of_it(asked, url):
 
 
 def test_words_change_the_cells_as_on_the_command_line(asked):
-    """The other parameters, the criterion and the tilt of a fall act on values and verdicts as in `sweep.run`."""
+    """Other parameters, the criterion and the fall tilt affect values and verdicts as in `sweep.run`."""
     for words in [
         {"alpha": 1.0},
         {"alpha": "0.7", "radius": "12mm"},
@@ -130,7 +130,7 @@ def test_words_change_the_cells_as_on_the_command_line(asked):
 
 
 def test_any_two_parameters_span_a_map(asked):
-    """Every parameter can be a side of the window, alpha by columns and by rows."""
+    """Every parameter can be an axis of the window, alpha both horizontally and vertically."""
     for x, y in [
         ("alpha", "tilt"),
         ("tilt", "alpha"),
@@ -160,7 +160,7 @@ def test_any_two_parameters_span_a_map(asked):
 
 
 def test_starts_that_do_not_exist_have_no_number(asked):
-    """Outside the domain of a parameter, and where no rate keeps the tilt, a pixel has no number and no verdict."""
+    """Outside a parameter's domain, or if no rate keeps the tilt, a pixel has no number and no verdict."""
     view = {**ROLLING, "y": side("tilt", 1.5, 0.4)}
     _, arrays = asked("window", view=view, width=8, height=40, quantity="peak_tilt")
     beyond = values(view["y"], 40) >= np.pi / 2
@@ -174,7 +174,7 @@ def test_starts_that_do_not_exist_have_no_number(asked):
 
 
 def test_a_point_has_the_numbers_of_its_cell(asked):
-    """The numbers of a point are those of an atlas with that start, every one of them, as doubles and in words."""
+    """All numbers of a point equal those of an atlas with that start, as doubles and as text."""
     for x, y in ((2.5, 0.02), (2.5494838123456, 0.002), (3.7, 0.08)):
         found = asked("point", view=ROLLING, x=x, y=y)
         cell = sweep.run("rolling", method="exact", roll_rate=[x], tilt=[y]).squeeze()
@@ -197,7 +197,7 @@ def test_a_point_has_the_numbers_of_its_cell(asked):
 
 
 def test_a_steady_rate_is_shown_where_it_exists(asked, url):
-    """A point of the preset circling has the roll rate that its cell computes; where none exists there is none."""
+    """A point of the preset circling has the roll rate that its cell computes, if it exists."""
     (given,) = (each for each in about(url)["bases"] if each["name"] == "circling")
     found = asked("point", view=given["view"], x=0.2, y=2.0)
     cell = sweep.run("circling", method="exact", precession_rate=[2.0], tilt=[0.2]).squeeze()
@@ -209,7 +209,7 @@ def test_a_steady_rate_is_shown_where_it_exists(asked, url):
 
 
 def test_regimes_follow_from_wells_and_extremes(asked):
-    """The kind of motion is that of the wells and the extremes that an atlas stores; a fall is one of its own."""
+    """The kind of motion follows from the stored wells and extremes; a fall has its own."""
     view = {**ROLLING, "x": side("roll_rate", 1.6, 1.5), "y": side("tilt", 0.5, 0.45)}
     view["words"] = {"tilt_rate": 1.0}
     _, arrays = asked("window", view=view, width=60, height=40, quantity="regime")
@@ -224,7 +224,7 @@ def test_regimes_follow_from_wells_and_extremes(asked):
     assert {0, 1, 2, 3, 4} == set(arrays["value"])
 
 
-#: Ask the server of the page, and the page alone, for the same window; whether the server computed the first one.
+#: Ask the server and only the page for the same window, and return if the server computed the first one.
 BOTH = """async (request) => {
     const { ServerSource } = await import("eulerdisk/server_source");
     const { Computation } = await import("eulerdisk/compute/computation");
@@ -247,7 +247,7 @@ BOTH = """async (request) => {
     return { byServer: fetched.includes("./cells"), windows: [ofServer, ofPage, withoutServer].map(told) };
 }"""
 
-#: Explored -> a quantity, and whether the server computes windows of it.
+#: For each subject, quantities and if the server computes windows of them.
 COMPUTED = {
     "rolling": [("peak_tilt", False), ("nutation_period", True)],
     "rolling path=yes": [("nutation_period", False), ("path_drift", False), ("path_class", False)],
@@ -258,11 +258,11 @@ COMPUTED = {
 
 @pytest.mark.release
 def test_windows_of_the_server_are_those_of_the_page(served_with, opened):
-    """Where the program is much faster it computes windows: values, verdicts and ends are those that the page finds.
+    """If the program is much faster, it computes windows; values, verdicts and ends equal the page's.
 
-    And the page finds them once the server is gone.
+    Without the server, the page computes them itself.
 
-    Sums are taken in another order, and functions are of another library; a chaotic cell may be decided otherwise.
+    Sums have another order, and functions another library; a chaotic cell may be decided differently.
     """
     for given, quantities in COMPUTED.items():
         address = served_with(*given.split()).url

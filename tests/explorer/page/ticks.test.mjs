@@ -1,4 +1,4 @@
-/** Ticks and numbers as people read them; test_ticks.py holds ticks of random windows against exact decimals. */
+/** Ticks and displayed numbers; test_numbers.py compares ticks of random windows with exact decimals. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -8,7 +8,7 @@ const axis = (low, high) => ({ centre: (low + high) / 2, half: (high - low) / 2,
 const log = (low, high) => ({ ...axis(Math.log(low), Math.log(high)), scale: "log" });
 const labels = ({ ticks }) => ticks.map(({ label }) => label).filter(Boolean);
 
-test("a plain range has plain numbers, with a true minus", () => {
+test("a plain range has plain numbers with a real minus sign", () => {
   const scale = ticksOf(axis(-1, 1), 1, 4);
   assert.deepEqual(scale, {
     ticks: [-1, -0.5, 0, 0.5, 1].map((place) => ({ place, label: place.toFixed(1).replace("-", "\u2212") })),
@@ -36,11 +36,11 @@ test("steps are 1, 2 and 5 times powers of ten", () => {
   assert.deepEqual(labels(ticksOf(axis(0, 10), 1, 1)), ["0", "10"]);
 });
 
-test("labels are in the unit that people read", () => {
+test("labels are in the displayed unit", () => {
   assert.deepEqual(labels(ticksOf(axis(0, Math.PI / 2), 180 / Math.PI, 3)), ["0", "20", "40", "60", "80"]);
 });
 
-test("large and small numbers have a power of ten, and a narrow window the digits that all ticks share", () => {
+test("large and small numbers have a power of ten, and a narrow window has common digits as an offset", () => {
   const large = ticksOf(axis(0, 4e6), 1, 4);
   assert.deepEqual([labels(large), large.power], [["0", "1", "2", "3", "4"], 6]);
   const small = ticksOf(axis(0, 4e-6), 1, 4);
@@ -50,7 +50,7 @@ test("large and small numbers have a power of ten, and a narrow window the digit
   assert.deepEqual([labels(narrow), narrow.power], [["\u22122", "\u22121", "0", "+1", "+2"], -9]);
 });
 
-test("a range of decades has its powers, with 2 and 5 between them where there is room", () => {
+test("a range of decades has its powers, with 2 and 5 between them if there is room", () => {
   assert.deepEqual(labels(ticksOf(log(0.01, 1000), 1, 5)), ["0.01", "0.1", "1", "10", "100", "1000"]);
   assert.deepEqual(labels(ticksOf(log(1, 100), 1, 8)), ["1", "2", "5", "10", "20", "50", "100"]);
   assert.deepEqual(labels(ticksOf(log(1e-6, 1e6), 1, 4)), [
@@ -62,7 +62,7 @@ test("a range of decades has its powers, with 2 and 5 between them where there i
   ]);
 });
 
-test("a logarithmic axis has small ticks at all whole multiples, at their logarithms", () => {
+test("a logarithmic axis has small ticks at all integer multiples, at their logarithms", () => {
   const { ticks } = ticksOf(log(1, 100), 1, 2);
   const expected = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 20, 30, 40, 50, 60, 70, 80, 90, 100].map(
     (each) => Math.log10(each) - 1,
@@ -82,7 +82,7 @@ test("a logarithmic axis of less than a decade and a half has equal steps, at th
   );
 });
 
-test("numbers are told without zeros at their ends, and with powers of ten written out", () => {
+test("numbers have no trailing zeros, and powers of ten are written out", () => {
   assert.equal(readable(0.25, 6), "0.25");
   assert.equal(readable(-100, 6), "\u2212100");
   assert.equal(readable(1200, 2), "1.2\u00d710\u00b3");

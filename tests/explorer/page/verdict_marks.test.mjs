@@ -1,4 +1,4 @@
-/** What is painted over the colours of a number: undecided cells, and borders that hide no cells. */
+/** Marks painted over the colors of a number: undecided cells, and borders that hide no cells. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -24,20 +24,20 @@ function marked(verdictAt, { hasBorders = true, valueAt = (c, r) => r * WIDTH + 
   return { at, hasUndecided, count: (colour) => pixels.filter((each) => each === colour).length };
 }
 
-/** Random numbers from 0 to 1 that are the same each time. */
+/** Reproducible random numbers from 0 to 1. */
 function numbers() {
   let state = 1;
   return () => (state = (state * 48271) % 2147483647) / 2147483647;
 }
 
-test("undecided cells are grey, and those without a value are left as they are", () => {
+test("undecided cells are gray, and those without a value are unchanged", () => {
   const verdictAt = (c, r) => (r === 0 && c < 2 ? UNDECIDED : STABLE);
   const { at, hasUndecided, count } = marked(verdictAt, { valueAt: (c) => (c === 1 ? NaN : c) });
   assert.deepEqual([at(0, 0), at(1, 0), count(GREY), hasUndecided], [GREY, 0, 1, true]);
   assert.equal(marked(() => STABLE).hasUndecided, false);
 });
 
-test("a border between large regions is a whole line, and none where it is not asked for", () => {
+test("a border between large regions is a whole line, and only drawn on request", () => {
   const verdictAt = (c) => (c < 100 ? STABLE : UNSTABLE);
   const { at, count } = marked(verdictAt);
   assert.equal(count(BLACK), HEIGHT);
@@ -45,7 +45,7 @@ test("a border between large regions is a whole line, and none where it is not a
   assert.equal(marked(verdictAt, { hasBorders: false }).count(BLACK), 0);
 });
 
-test("cells that alternate have no lines, neither computed ones nor larger stored ones", () => {
+test("alternating cells have no lines, neither computed ones nor larger stored ones", () => {
   for (const side of [1, 4]) {
     const random = numbers();
     const drawn = Array.from({ length: WIDTH * HEIGHT }, random);

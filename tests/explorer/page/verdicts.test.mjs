@@ -1,4 +1,4 @@
-/** Verdicts of cells by conditions of all kinds, with values that are missing. */
+/** Verdicts of cells by conditions of all kinds, with missing values. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -6,7 +6,7 @@ import { scriptsOf } from "./worker_scripts.mjs";
 
 const { verdicts } = scriptsOf("verdicts");
 
-/** Verdicts where a condition is true (1), false (2), and where a named column is missing (0). */
+/** Verdicts: 1 if a condition is true, 2 if it is false, 0 if a named column is missing. */
 function verdictsOf(
   condition,
   columns,
@@ -25,7 +25,7 @@ const terms = (...parts) => ({
 });
 const A = { name: "a" };
 
-test("every sign compares, and is false of a missing value", () => {
+test("every sign compares, and is false for a missing value", () => {
   const a = [1, 2, 3, NaN];
   const expected = {
     "<": [1, 2, 2, 0],
@@ -40,18 +40,18 @@ test("every sign compares, and is false of a missing value", () => {
   }
 });
 
-test("a chain of signs holds where each of them does", () => {
+test("a chain of signs holds if each of them does", () => {
   assert.deepEqual(verdictsOf(terms(1, "<", A, "<=", 3), { a: [1, 2, 3, 4] }), [2, 1, 1, 2]);
 });
 
-test("a column has its magnitude and its factor", () => {
+test("a column can have its magnitude and a factor", () => {
   const a = [-3, 1, 3];
   assert.deepEqual(verdictsOf(terms({ ...A, absolute: true }, ">", 2), { a }), [1, 2, 1]);
   assert.deepEqual(verdictsOf(terms({ ...A, factor: -2 }, ">", 2), { a }), [1, 2, 2]);
   assert.deepEqual(verdictsOf(terms({ ...A, factor: 2, absolute: true }, "<=", 2), { a }), [2, 1, 2]);
 });
 
-test("conditions are joined by words, and turned round", () => {
+test("conditions are joined by words and negated", () => {
   const [low, high] = [terms(A, ">", 1), terms(A, "<", 3)];
   const a = [0, 2, 4];
   assert.deepEqual(verdictsOf({ word: "and", parts: [low, high] }, { a }), [2, 1, 2]);
@@ -59,15 +59,15 @@ test("conditions are joined by words, and turned round", () => {
   assert.deepEqual(verdictsOf({ not: { word: "or", parts: [low, high] } }, { a: [0, 2, NaN] }), [2, 2, 1]);
 });
 
-test("a missing value leaves a cell undecided only where it was not decided without it", () => {
+test("a missing value leaves a cell undecided only if it matters", () => {
   const columns = { a: [5, NaN, 5], b: [NaN, 0, 0] };
   const either = { word: "or", parts: [terms(A, ">", 1), terms({ name: "b" }, ">", 1)] };
   assert.deepEqual(verdictsOf(either, columns), [1, 0, 1]);
-  // what a criterion does not name is not asked
+  // columns that the criterion does not name are ignored
   assert.deepEqual(verdictsOf(terms(A, ">", 9), columns, { named: ["a"] }), [2, 0, 2]);
 });
 
-test("each ending has outcomes of its own", () => {
+test("each ending has its own outcomes", () => {
   const outcomes = [
     [1, 2, 0],
     [2, 2, 2],
@@ -79,7 +79,7 @@ test("each ending has outcomes of its own", () => {
   assert.deepEqual(found, [2, 2, 1, 0, 2]);
 });
 
-test("a value within its error of what it is compared with leaves a cell undecided", () => {
+test("a value within its error of its limit leaves a cell undecided", () => {
   const columns = { a: [1, 1.95, 2, 2.05, 3, NaN], off: [0.03, 0.03, 0.03, 0.03, NaN, 0.03] };
   const errors = { a: { stated: "off", times: 2 } };
   const given = { named: ["a"], errors };
@@ -94,14 +94,14 @@ test("a value within its error of what it is compared with leaves a cell undecid
   for (const [sign, codes] of Object.entries(expected)) {
     assert.deepEqual(verdictsOf(terms(A, sign, 2), columns, given), codes, sign);
   }
-  // what holds in any case decides, and an error may be a share of the value
+  // a condition that is true in any case decides, and an error may be relative to the value
   const wide = terms({ ...A, absolute: true, factor: -1 }, ">", -1.5);
   assert.deepEqual(verdictsOf(wide, { a: [-1, -1.4, 1.6] }, { errors: { a: { relative: 0.1 } } }), [1, 0, 0]);
   const either = { word: "or", parts: [terms(A, ">", 2), terms({ name: "b" }, ">", 0)] };
   assert.deepEqual(verdictsOf(either, { a: [2, 2], b: [1, -1] }, { errors: { a: { absolute: 1 } } }), [1, 0]);
 });
 
-test("an ending that nobody knows is no flag, but decides where both outcomes are one", () => {
+test("an unknown ending is no flag, but decides if both outcomes are the same", () => {
   const [isOne, code] = [terms(A, "==", 1), [0, 1, 1]];
   const errors = { a: { unknown: [1] } };
   const outcomes = [

@@ -1,4 +1,4 @@
-/** Workers of the page in Node: their scripts run as in a browser, in a context without the names of modules. */
+/** Workers of the page in Node: their scripts run as in a browser, in a context without module names. */
 
 import { resolveObjectURL } from "node:buffer";
 import { readFileSync } from "node:fs";
@@ -6,14 +6,14 @@ import { fileURLToPath } from "node:url";
 import { createContext, runInContext } from "node:vm";
 
 /**
- * Global names of a worker after some scripts.
+ * Global names of a worker after some scripts have run.
  * @param {string[]} addresses  of the scripts
- * @param {(message: any) => void} [tell]  is given what the scripts send
+ * @param {(message: any) => void} [tell]  receives the scripts' messages
  */
 export function scopeOf(addresses, tell = () => {}) {
   const scope = createContext({ TextDecoder });
   scope.self = scope;
-  // a browser copies what is sent, too
+  // a browser also copies messages
   scope.postMessage = (message, { transfer = [] } = {}) => tell(structuredClone(message, { transfer }));
   for (const address of addresses) {
     runInContext(readFileSync(fileURLToPath(address), "utf8"), scope, { filename: address });
