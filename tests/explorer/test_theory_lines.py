@@ -160,7 +160,7 @@ def test_an_edge_that_runs_along_the_rows_is_met_by_the_columns():
 
 @pytest.mark.parametrize("first", [True, False])
 def test_an_edge_that_some_rows_lack_is_drawn_in_the_others(monkeypatch, first):
-    """Theory omits an edge that none of the requested rows has; other rows still have it."""
+    """Theory omits an edge that none of the requested rows has; it is drawn in the other rows."""
     ordinary = disk_theory.lines
     middle = 0.3
 

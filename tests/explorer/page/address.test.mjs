@@ -105,7 +105,7 @@ test("two numbers are a point even if their sum overflows", () => {
   assert.deepEqual(stateOf("a=1e308,1.5e308", ABOUT).points[0], { x: 1e308, y: 1.5e308 });
 });
 
-/** Addresses of which nothing can be read. */
+/** Addresses with nothing that can be read. */
 const SENSELESS = [
   "x=tilt,1,1&y=tilt,1,1",
   "x=roll_rate,2,-1,linear&y=tilt,-4,0,log",

@@ -83,7 +83,7 @@ test("a held clock stands although motions start, until it is moved or plays", (
   assert.deepEqual([clock.playing, clock.time], [false, 0]);
 });
 
-test("a time is written to an address only if the clock stands before the end", () => {
+test("an address gets a time only if the clock stands between start and end", () => {
   const clock = clockOf(5);
   assert.equal(clock.standing, null);
   clock.seek(2);

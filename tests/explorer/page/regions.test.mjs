@@ -130,7 +130,7 @@ test("a name is where there is most room, in a map of any shape", () => {
   assert.ok(placed > 20);
 });
 
-test("of places with equal room the middle one has the name, and a small region has none", () => {
+test("among places with equal room, the middle one has the name; a small region has none", () => {
   const raster = { columns: 21, rows: 5, covered: new Uint8Array(105) };
   assert.deepEqual(roomiest(raster, Array(105).fill(1), 1, [6, 6]), [10.5 * STEP, 2.5 * STEP]);
   assert.equal(roomiest(raster, Array(105).fill(1), 2, [6, 6]), null);
