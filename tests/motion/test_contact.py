@@ -63,7 +63,7 @@ def test_an_explanation_holds_the_forces_against_the_motion_in_time(monkeypatch,
     atlas = sweep.run(SPEC.replace(tilt=0.06, roll_rate=3.2875))
     found = explain(atlas, {})
     assert found.confirmed
-    assert_facts(found.text, "nothing", "contradicts")
+    assert_facts(found.text, "no stored value contradicts")
     assert "contact_state     presses" in found.text
 
     def wrong(spec, starts):

@@ -149,7 +149,7 @@ def test_a_folder_that_cannot_be_written(path, monkeypatch):
     """A folder without write permission is refused in advance."""
     # Root may write anywhere, so the system's answer is replaced.
     monkeypatch.setattr(paths.os, "access", lambda *_: False)
-    with refused(str(path.parent), "folder", "written"):
+    with refused(str(path.parent), "folder", "writable"):
         run_to_file(SPEC, path)
 
 
