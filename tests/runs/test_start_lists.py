@@ -251,7 +251,7 @@ def test_refusals_of_commands(command):
         ("explain a.nc roll_rate=3 start=1", ["roll_rate"]),
         ("explain a.nc start=7", ["start=7", "4"]),
         ("explain a.nc starts=7", ["starts", "start?"]),
-        ("boundary a.nc --refine 1e-6", ["rows"]),
+        ("boundary a.nc --refine 1e-6", ["grid", "list of starts"]),
         ("plot a.nc -o x.png --regimes", ["--regimes"]),
         ("plot a.nc -o x.png --friction 1", ["friction"]),
     ):
