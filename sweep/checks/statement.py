@@ -141,7 +141,7 @@ def _with_share(against: str, tally: Tally) -> str:
     if not tally.share:
         return against
     found, allowed = 100.0 * tally.beyond / tally.judged, 100.0 * tally.share
-    return f"{against} ({found:.2g} % of cells beyond the tolerance, {allowed:g} % allowed)"
+    return f"{against} ({found:.2g} % of cells outside, {allowed:g} % allowed)"
 
 
 def cell_in_words(spec: SweepSpec, place: int) -> str:

@@ -360,7 +360,7 @@ def _stated_error(cells: ReducedCells) -> Iterator[CellCheck]:
         allowed = PROMISED * error + np.fmax(cells.exact["tilt_error"], 0.0) + _TILT_ROUNDING
     yield CellCheck(
         "tilt_error",
-        "half the true error, or more",
+        "at least half the true error",
         cells.difference,
         allowed,
         judged,
