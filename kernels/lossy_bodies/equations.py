@@ -18,7 +18,6 @@ from kernels.bodies.equations import (
     curvature_radius,
     evolute,
     excess,
-    force,
     height,
     levers,
     per_inertia,
@@ -259,49 +258,3 @@ def _pushes(state, changes, heading, here, body):
 def energy_of(state, body):
     """Return the energy (of m g R) of a state (S, C, w, f, v)."""
     return whole_energy(spin_state(state, body), body, body.axial)
-
-
-# The following functions are used by the error estimate: see `kernels.lossy_disk.error_estimate` and `lag`.
-
-
-@simd
-def constants_without_losses(body):
-    """Return the constants of the equations without losses: those of the body."""
-    return body
-
-
-@kernel
-def state_without_losses(state, body):
-    """Return S, C, T, w, o, s of a state that contains K."""
-    S, C, _, w, o, s = state
-    return S, C, S / C, w, o, s
-
-
-@kernel
-def length_of_step(state, body, relative_step):
-    """Return the length of a step of a body without losses, in scaled time."""
-    S, C, _, w, o, s = state
-    return relative_step * C / math.sqrt(C * C * own_rate_squared(S, C, s, body) + o * o + w * w)
-
-
-@kernel
-def pull_and_stiffness(state, body):
-    """Return the tilt acceleration and the second derivative of the potential."""
-    pull, stiffness = force(state, body)
-    return per_inertia(state[0], state[1], body) * pull, stiffness
-
-
-@kernel
-def nutation(state, body):
-    """See `kernels.lossy_disk.error_estimate.nutation`."""
-    _, C, _, w, _, _ = state
-    inner = state_without_losses(state, body)
-    acceleration, _ = pull_and_stiffness(inner, body)
-    scale = length_of_step(inner, body, 1.0)
-    return math.hypot(w, acceleration * scale) * scale / C
-
-
-@kernel
-def rate_near_flat(C, body):
-    """See `kernels.lossy_disk.error_estimate.rate_near_flat`."""
-    return math.sqrt((body.core + body.edge * C) / (body.transverse * C))

@@ -5,7 +5,7 @@ Legs, steps, events, dry friction, ledger and errors are the same as for the dis
 the names in `DIFFERENT` refer to the functions of a body.
 """
 
-from kernels.bodies.equations import inlined_step, per_inertia
+from kernels.bodies.equations import per_inertia
 from kernels.lanes.binding import bind
 from kernels.lossy_bodies import equations, lane_step, layout, stages
 from kernels.lossy_disk import integrate as disk
@@ -27,22 +27,9 @@ MECHANICS = {
 #: The same for cells.
 DIFFERENT = MECHANICS | {
     "at": layout,
-    "free_step": inlined_step,
-    "without_losses": equations.constants_without_losses,
     "inertia_of": stages.inertia_of,
-    "constants_of": stages.inertia_of,
     "_excess": stages.energy_won,
     "sliding_step": lane_step.lane_step,
-    **{
-        name: getattr(equations, name)
-        for name in (
-            "length_of_step",
-            "nutation",
-            "pull_and_stiffness",
-            "rate_near_flat",
-            "state_without_losses",
-        )
-    },
     **{name: getattr(lane_step, name) for name in ("changes", "changes_near", "fastest_rate", "grips")},
 }
 

@@ -9,7 +9,7 @@ _BODY = "CORE SHIFT EDGE AXIAL TRANSVERSE RATIO INVERSE_SPIN SIDE"
 globals().update(
     place_rows(
         (disk.CHANGED, disk.CALL, disk.STAGE, _BODY, disk.READ),
-        (disk.START, disk.UNITS, disk.CRITERION, disk.NEXT_LEG, disk.FOUND, disk.CONTROL),
+        (disk.START, disk.UNITS, disk.CRITERION, disk.NEXT_LEG, disk.FOUND, disk.CONTROL, disk.PASS),
         returned="TAKEN",
     )
 )

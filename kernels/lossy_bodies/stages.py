@@ -20,7 +20,7 @@ from kernels.lossy_disk.endings import EDGE_CHANGE, FLAT, INVALID, UNDISTURBED
 from kernels.lossy_disk.follow import MOVING
 from kernels.lossy_disk.leg_control import _NO_SINE, _criterion, _not_negative, _write_at_once
 from kernels.lossy_disk.loss_laws import Losses, scaled_losses
-from kernels.lossy_disk.simd_stages import begin
+from kernels.lossy_disk.simd_stages import begin, set_steps
 from kernels.lossy_disk.step_control import lost_energy
 from kernels.lossy_disk.step_size import prepared_settings as settings_of_disk
 from kernels.simd_math import sine_cosine_of_tilt
@@ -198,11 +198,7 @@ def prepare(lane, run, lanes):
     lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.W_0 + lane] = S, C, w
     lanes[at.O_RATE_0 + lane], lanes[at.P_0 + lane] = o, s
     lanes[at.ENERGY_0 + lane] = whole_energy(state, body, body.axial)
-    coarsest = 0.5 * run.relative_step
-    lanes[at.COARSEST + lane], lanes[at.FIRST_SCALE + lane] = coarsest, coarsest
-    lanes[at.LONGEST + lane] = 0.5 * run.step / unit if run.step > 0.0 else math.inf
-    lanes[at.END + lane] = run.duration / unit
-    lanes[at.REFINED + lane] = 0.0
+    set_steps(lane, run, unit, lanes)
     begin(lane, lanes)
 
 

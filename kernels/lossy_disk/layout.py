@@ -46,14 +46,16 @@ NEXT_LEG = """
 """
 #: Time of the first breach, largest imbalance, steps, switches of friction, refinements of the step, steps of a leg.
 FOUND = "BREACH IMBALANCE STEPS_KEPT SWITCHES REFINED STEPS"
-#: `kernels.lossy_disk.step_control`: the largest SCALE and its value at the start; number of steps at the next check;
-#: error spent, progress and number of steps at the last check.
-CONTROL = "COARSEST FIRST_SCALE CHECK SPENT PROGRESS LOOKED"
+#: `kernels.lossy_disk.step_control`: tolerance of the present pass; the largest SCALE and its value at the start;
+#: number of steps at the next check; error spent, progress and number of steps at the last check.
+CONTROL = "ALLOWED COARSEST FIRST_SCALE CHECK SPENT PROGRESS LOOKED"
+#: `kernels.lossy_disk.error_estimate.Outcome` of the pass before.
+PASS = "PASS_ENDING PASS_TIME PASS_TILT PASS_LEAST PASS_GREATEST PASS_TURNED PASS_PATH"
 
 globals().update(
     place_rows(
         (CHANGED, CALL, STAGE, _INERTIA, READ),
-        (START, _OF_DISK, UNITS, CRITERION, NEXT_LEG, FOUND, CONTROL),
+        (START, _OF_DISK, UNITS, CRITERION, NEXT_LEG, FOUND, CONTROL, PASS),
         returned="TAKEN",
     )
 )

@@ -13,8 +13,8 @@ from kernels.jit import inlined, kernel, simd
 from kernels.lossy_disk import arrays as row
 from kernels.lossy_disk import layout as at
 from kernels.lossy_disk.contact_motion import Senses, contact_state, spin_state
-from kernels.lossy_disk.endings import FLAT, HORIZON, INVALID, UNDISTURBED, UNRESOLVED
-from kernels.lossy_disk.error_estimate import late_errors, nutation, of_wobble, stated_errors, wobbles
+from kernels.lossy_disk.endings import FLAT, INVALID, UNDISTURBED, UNRESOLVED
+from kernels.lossy_disk.error_estimate import Outcome, stated_errors
 from kernels.lossy_disk.events import BREACHES, Case
 from kernels.lossy_disk.follow import (
     MOVING,
@@ -28,7 +28,6 @@ from kernels.lossy_disk.follow import (
     tilt_of,
     turns_early,
 )
-from kernels.lossy_disk.lag import drift_off_path, lag
 from kernels.lossy_disk.loss_laws import Losses, scaled_losses
 from kernels.lossy_disk.rk4 import changes, step
 from kernels.lossy_disk.simd_stages import (
@@ -43,7 +42,15 @@ from kernels.lossy_disk.simd_stages import (
     state_of,
     turning_sine,
 )
-from kernels.lossy_disk.step_control import added, imbalance_of, present, refined, slowed_down
+from kernels.lossy_disk.step_control import (
+    added,
+    imbalance_of,
+    next_pass,
+    outcome_before,
+    present,
+    refined,
+    slowed_down,
+)
 
 #: Steps after a start in which turning points are searched one by one: two calls of lanes.
 _EARLY = 2.0 * STEPS_OF_A_CALL
@@ -282,10 +289,11 @@ def _judged(cell, lane, motion, record, ending, run, lanes, measures, counts):
     # written so that NaN stays
     error = most if most > error else error
     lanes[at.IMBALANCE + lane] = error
-    if ending == UNRESOLVED or not error <= run.tolerance:
+    # a third pass, after two with different endings, may meet the rounding of the energy
+    if ending == UNRESOLVED or not error <= max(lanes[at.ALLOWED + lane], run.tolerance):
         # too long steps may lead nowhere; if many steps do not end a motion, more steps will not either
         lost = ending == UNRESOLVED
-        if (not lost or record.steps < _MOST_LOST) and refined(lane, math.inf if lost else error, run, lanes):
+        if (not lost or record.steps < _MOST_LOST) and refined(lane, math.inf if lost else error, lanes):
             begin(lane, lanes)
             return _AGAIN
         _write_unresolved(cell, lane, record, lanes, measures, counts)
@@ -293,66 +301,45 @@ def _judged(cell, lane, motion, record, ending, run, lanes, measures, counts):
     if ending == MOVING:
         _store_leg(lane, motion, record, lanes)
         return _GOES_ON
-    _finish(cell, lane, motion, record, ending, run, lanes, measures, counts)
-    return _WRITTEN
+    return _finished(cell, lane, motion, record, ending, run, lanes, measures, counts)
 
 
 @kernel
-def _first_state(lane, lanes):
-    """Return the state at the start."""
-    S, C, w = lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.W_0 + lane]
-    return S, C, 1.0 / C, w, lanes[at.O_RATE_0 + lane], lanes[at.P_0 + lane]
-
-
-@kernel
-def constants_of(lane, lanes):
-    """Return the constants of the body of a lane that the error estimate needs."""
-    return lanes[at.ALPHA + lane]
-
-
-@kernel
-def _errors(motion, ending, least, greatest, lane, run, lanes):
-    """Return the `Errors` of a motion that has ended, with these extreme tilts."""
-    imbalance, alpha = lanes[at.IMBALANCE + lane], constants_of(lane, lanes)
-    errors = stated_errors(ending, motion, alpha, max(abs(least), abs(greatest)), imbalance, run.tolerance)
-    _, _, speed, _, _ = motion.state
-    swing = nutation(_first_state(lane, lanes), alpha)
-    if wobbles(ending, swing, least, greatest):
-        step = 2.0 * lanes[at.COARSEST + lane]
-        errors = of_wobble(errors, motion, swing, imbalance, run.tolerance, step)
-    if speed == 0.0 or motion.time == 0.0:
-        return errors
-    last = spin_state(motion.state, inertia_of(lane, lanes))
-    # half the longest step of this cell, because the energy error of the steps back would hide the lag
-    relative_step = lanes[at.COARSEST + lane]
-    late = lag(last, alpha, motion.time, imbalance, relative_step, run.cos_flat_tilt)
-    # an event comes later, but in the same place
-    moving = late.time if ending == HORIZON else 0.0
-    change = drift_off_path(last, alpha, moving, relative_step, run.cos_flat_tilt)
-    turned, path, _, _, _, _, _ = motion.ledger
-    way = abs(turned) + path + motion.time
-    return late_errors(errors, ending, late, change, greatest - least, motion.time, way)
-
-
-@kernel
-def _finish(cell, lane, motion, record, ending, run, lanes, measures, counts):
-    """Write a cell whose motion has ended."""
-    unit, tilt = lanes[at.UNIT + lane], tilt_of(motion.state)
-    least, greatest, imbalance = record.least, record.greatest, lanes[at.IMBALANCE + lane]
+def _outcome(motion, record, ending, run):
+    """Return the `Outcome` of a pass that has ended."""
+    tilt, least, greatest = tilt_of(motion.state), record.least, record.greatest
     if ending == FLAT:
         tilt = math.copysign(run.flat_tilt, tilt)
         least, greatest = min(least, tilt), max(greatest, tilt)
         # near flat, the sine used by the lanes determines the tilt poorly
         least, greatest = max(least, -run.flat_tilt), min(greatest, run.flat_tilt)
-    errors = _errors(motion, ending, least, greatest, lane, run, lanes)
+    turned, path, _, _, _, _, _ = motion.ledger
+    return Outcome(float(ending), motion.time, tilt, least, greatest, turned, path)
+
+
+@kernel
+def _finished(cell, lane, motion, record, ending, run, lanes, measures, counts):
+    """Begin the next pass of a cell whose motion has ended, or write the cell; return the state of the cell."""
+    before, outcome = outcome_before(lane, lanes), _outcome(motion, record, ending, run)
+    if before.ending != outcome.ending:
+        if next_pass(lane, outcome, lanes):
+            begin(lane, lanes)
+            return _AGAIN
+        _write_unresolved(cell, lane, record, lanes, measures, counts)
+        return _WRITTEN
+    errors = stated_errors(before, outcome, run.tolerance)
     turned, path, rolled, pivoted, rubbed, damped, blown = motion.ledger
-    radius = lanes[at.RADIUS + lane]
+    unit, radius = lanes[at.UNIT + lane], lanes[at.RADIUS + lane]
     ledger = turned, radius * path, rolled, pivoted, rubbed, damped, blown
     _write(
-        cell, ending, (unit * motion.time, unit * record.breach), (least, greatest, tilt), ledger,
-        (imbalance, errors.tilt, unit * errors.time, errors.heading, radius * errors.path),
+        cell, ending, (unit * motion.time, unit * record.breach),
+        (outcome.least, outcome.greatest, outcome.tilt), ledger,
+        (
+            lanes[at.IMBALANCE + lane], errors.tilt, unit * errors.time, errors.heading, radius * errors.path
+        ),
         (record.steps, lanes[at.REFINED + lane], record.switches), measures, counts,
     )  # fmt: skip
+    return _WRITTEN
 
 
 @kernel
@@ -478,7 +465,7 @@ def _set_off_again(cell, lane, run, lanes, measures, counts):
 @kernel
 def _slowed_down(cell, lane, run, lanes, measures, counts):
     """Restart a cell whose steps are too long for the rest of its motion, or write that it cannot be resolved."""
-    if slowed_down(lane, run, lanes):
+    if slowed_down(lane, lanes):
         begin(lane, lanes)
         return _set_off_again(cell, lane, run, lanes, measures, counts)
     S = lanes[at.S_0 + lane]
@@ -499,7 +486,7 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
         lanes[at.LOW + lane], lanes[at.HIGH + lane] = -_NO_SINE, _NO_SINE
         return True
     ending = MOVING
-    if _imbalance(motion, lane, lanes) <= run.tolerance:
+    if _imbalance(motion, lane, lanes) <= lanes[at.ALLOWED + lane]:
         # from a state without a valid step, as beyond flat, following might never end
         motion, record, ending = _followed(motion, record, case, lane, past, lanes)
     state = _judged(cell, lane, motion, record, ending, run, lanes, measures, counts)

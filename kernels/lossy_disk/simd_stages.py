@@ -11,6 +11,7 @@ import numpy as np
 from kernels.disk.equations import energy, scaled
 from kernels.jit import simd
 from kernels.lossy_disk import layout as at
+from kernels.lossy_disk.endings import NOT_COMPUTED
 from kernels.lossy_disk.equations import roll_rate, turning_rate
 from kernels.lossy_disk.lane_step import lane_step as sliding_step
 from kernels.lossy_disk.loss_laws import (
@@ -46,6 +47,9 @@ BOOLE = np.array([128.0, 48.0, 128.0]) / 45.0
 
 #: Number of steps at which `kernels.lossy_disk.step_control` first checks a cell: a few nutations.
 FIRST_CHECK = 512.0
+
+#: Steps of a pass over those of the pass before.
+SHORTER = 0.4
 
 #: Limits at which a leg ends: share of the available friction, and normal force over m g. A force that exceeds its
 #: limit between two checks of the lane does so by less, and `kernels.lossy_disk.events` checks more precisely.
@@ -111,16 +115,19 @@ def prepare(lane, run, lanes):
     lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.W_0 + lane] = S, C, w
     lanes[at.O_RATE_0 + lane], lanes[at.P_0 + lane] = o, of_disk.i_roll * s
     lanes[at.ENERGY_0 + lane] = energy(S, C, w, o, s, alpha)
-    longest = 0.5 * run.step / unit if run.step > 0.0 else math.inf
-    coarsest = 0.5 * run.relative_step
-    lanes[at.COARSEST + lane], lanes[at.FIRST_SCALE + lane], lanes[at.LONGEST + lane] = (
-        coarsest,
-        coarsest,
-        longest,
-    )
-    lanes[at.END + lane] = run.duration / unit
-    lanes[at.REFINED + lane] = 0.0
+    set_steps(lane, run, unit, lanes)
     begin(lane, lanes)
+
+
+@simd
+def set_steps(lane, run, unit, lanes):
+    """Set the duration of a cell, and the step lengths and the tolerance of its first pass."""
+    coarsest = run.relative_step / (2.0 * SHORTER)
+    lanes[at.COARSEST + lane], lanes[at.FIRST_SCALE + lane] = coarsest, coarsest
+    lanes[at.LONGEST + lane] = run.step / (2.0 * SHORTER * unit) if run.step > 0.0 else math.inf
+    lanes[at.ALLOWED + lane] = run.tolerance / (SHORTER * SHORTER * SHORTER * SHORTER)
+    lanes[at.END + lane] = run.duration / unit
+    lanes[at.REFINED + lane], lanes[at.PASS_ENDING + lane] = 0.0, NOT_COMPUTED
 
 
 @simd

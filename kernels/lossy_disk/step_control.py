@@ -12,9 +12,12 @@ from typing import NamedTuple
 from kernels.disk.equations import energy_change
 from kernels.jit import kernel
 from kernels.lossy_disk import layout as at
+from kernels.lossy_disk.endings import NOT_COMPUTED
+from kernels.lossy_disk.error_estimate import Outcome
 from kernels.lossy_disk.rk4 import rates
 from kernels.lossy_disk.simd_stages import (
     ENDS_OF_BOOLE,
+    SHORTER,
     inertia_of,
     ledger_of,
     losses_of,
@@ -44,6 +47,9 @@ _MOST_SHORTER, _MOST_LONGER, _CAUTION = 0.25, 2.0, 0.95
 _SHORTEST = 1.0 / 8.0
 
 _MOST_REFINEMENTS = 6
+
+#: Least number of steps of the second and later passes.
+_LEAST_STEPS = 16.0
 _SMALLEST_SHRINK = 1.0 / 8.0
 
 #: Added to a divisor.
@@ -123,7 +129,7 @@ def imbalance_of(state, ledger, place, memory):
 
 
 @kernel
-def looked_at(lane, place, run, memory):
+def looked_at(lane, place, memory):
     """Check the cell of a lane that has made its steps; `place` is the place of its numbers in its block.
 
     Notes
@@ -136,19 +142,20 @@ def looked_at(lane, place, run, memory):
     error, C, C0 = abs(excess) + abs(drift), state[1], memory[at.C_0 + place]
     spent = abs(excess + drift / (C + C0)) + abs(drift) * (1.0 + 1.0 / C0)
     progress = lost_energy(ledger) / memory[at.ENERGY_0 + place]
+    tolerance = memory[at.ALLOWED + place]
     gained, before = progress - memory[at.PROGRESS + place], memory[at.SCALE + lane]
     steps = memory[at.CHECK + place] - memory[at.STEPS_LEFT + lane]
     scale, until_next, goes_on = before, _UNTIL_NEXT * steps, steps < _MOST_STEPS
     if gained > 0.0 and progress > memory[at.TIME + lane] / memory[at.END + lane]:
         rate = max(spent - memory[at.SPENT + place], 0.0) / gained
-        allowed = max(_SPENT * run.tolerance - spent, _LEAST_LEFT * run.tolerance)
+        allowed = max(_SPENT * tolerance - spent, _LEAST_LEFT * tolerance)
         coarsest = memory[at.COARSEST + place]
         wanted = before * _factor(allowed, rate * max(1.0 - progress, 0.0))
         scale = min(max(wanted, _SHORTEST * coarsest), coarsest)
         pace = (steps - memory[at.LOOKED + place]) / gained
         until_next = _UNTIL_NEXT * progress * pace * (before / scale)
-        goes_on &= error <= run.tolerance
-        if _hasty(spent, progress, run) and scale < memory[at.FIRST_SCALE + place]:
+        goes_on &= error <= tolerance
+        if _hasty(spent, progress, tolerance) and scale < memory[at.FIRST_SCALE + place]:
             goes_on &= memory[at.REFINED + place] >= _MOST_HASTY
     return Look(error, spent, progress, scale, steps, until_next, goes_on)
 
@@ -161,9 +168,9 @@ def _factor(allowed, expected):
 
 
 @kernel
-def _hasty(spent, progress, run):
+def _hasty(spent, progress, tolerance):
     """Return whether too much was spent on the first part of the way, where a restart costs little."""
-    return progress < _FIRST_PART and spent > _SPENT_AT_FIRST * run.tolerance
+    return progress < _FIRST_PART and spent > _SPENT_AT_FIRST * tolerance
 
 
 @kernel
@@ -171,7 +178,7 @@ def go_on(lane, place, run, memory):
     """Continue a lane that only stopped for a check, if its steps so far were short enough; return whether it does."""
     if memory[at.STEPS_LEFT + lane] > 0.0:
         return False
-    look = looked_at(lane, place, run, memory)
+    look = looked_at(lane, place, memory)
     if look.goes_on:
         memory[at.SCALE + lane], memory[at.SCALE + place] = look.scale, look.scale
         memory[at.SPENT + place], memory[at.PROGRESS + place] = look.spent, look.progress
@@ -182,20 +189,20 @@ def go_on(lane, place, run, memory):
 
 
 @kernel
-def slowed_down(lane, run, lanes):
+def slowed_down(lane, lanes):
     """Set shorter steps for a cell that `go_on` did not continue; return whether that is possible."""
-    look = looked_at(lane, lane, run, lanes)
+    look = looked_at(lane, lane, lanes)
     if look.steps >= _MOST_STEPS:
         return False
-    if look.error > run.tolerance:
-        return refined(lane, look.error, run, lanes)
+    if look.error > lanes[at.ALLOWED + lane]:
+        return refined(lane, look.error, lanes)
     return _counted(lane, lanes[at.COARSEST + lane], look.scale, lanes)
 
 
 @kernel
-def refined(lane, error, run, lanes):
+def refined(lane, error, lanes):
     """Shorten the longest and the first steps of a cell; return whether shorter ones are left to try."""
-    shrink = 0.8 * math.sqrt(math.sqrt(run.tolerance / error))
+    shrink = 0.8 * math.sqrt(math.sqrt(lanes[at.ALLOWED + lane] / error))
     if not shrink >= _SMALLEST_SHRINK:
         shrink = _SMALLEST_SHRINK
     share = min(0.7, shrink)
@@ -210,4 +217,47 @@ def _counted(lane, coarsest, first, lanes):
         return False
     lanes[at.COARSEST + lane], lanes[at.FIRST_SCALE + lane] = coarsest, first
     lanes[at.REFINED + lane] += 1.0
+    return True
+
+
+@kernel
+def outcome_before(lane, lanes):
+    """Return the `Outcome` of the pass before."""
+    return Outcome(
+        lanes[at.PASS_ENDING + lane], lanes[at.PASS_TIME + lane], lanes[at.PASS_TILT + lane],
+        lanes[at.PASS_LEAST + lane], lanes[at.PASS_GREATEST + lane],
+        lanes[at.PASS_TURNED + lane], lanes[at.PASS_PATH + lane],
+    )  # fmt: skip
+
+
+@kernel
+def store_outcome(lane, outcome, lanes):
+    """Store the outcome of a pass for `outcome_before`."""
+    lanes[at.PASS_ENDING + lane], lanes[at.PASS_TIME + lane] = outcome.ending, outcome.time
+    lanes[at.PASS_TILT + lane] = outcome.tilt
+    lanes[at.PASS_LEAST + lane], lanes[at.PASS_GREATEST + lane] = outcome.least, outcome.greatest
+    lanes[at.PASS_TURNED + lane], lanes[at.PASS_PATH + lane] = outcome.turned, outcome.path
+
+
+@kernel
+def next_pass(lane, outcome, lanes):
+    """Store the outcome of a pass, and shorten all steps of the cell for another; return False after too many passes.
+
+    Parameters
+    ----------
+    lane : int
+    outcome : kernels.lossy_disk.error_estimate.Outcome
+    lanes : float64[:]
+    """
+    is_second = lanes[at.PASS_ENDING + lane] == NOT_COMPUTED
+    if not is_second and lanes[at.REFINED + lane] >= _MOST_REFINEMENTS:
+        return False
+    store_outcome(lane, outcome, lanes)
+    lanes[at.COARSEST + lane] *= SHORTER
+    lanes[at.FIRST_SCALE + lane] *= SHORTER
+    # both passes of a motion that ends within a few steps would make the same steps
+    brief = lanes[at.PASS_TIME + lane] / _LEAST_STEPS
+    lanes[at.LONGEST + lane] = min(SHORTER * lanes[at.LONGEST + lane], brief if brief > 0.0 else math.inf)
+    lanes[at.ALLOWED + lane] *= SHORTER * SHORTER * SHORTER * SHORTER
+    lanes[at.REFINED + lane] += 0.0 if is_second else 1.0
     return True

