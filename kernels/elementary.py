@@ -21,6 +21,9 @@ _QUARTER_1 = 1.57079632673412561417
 _QUARTER_2 = 6.07710050630396597660e-11
 _QUARTER_3 = 2.02226624879595063154e-21
 
+# pi/4 in two parts
+_EIGHTH_1, _EIGHTH_2 = 0.78539816339744830962, 3.06161699786838301793e-17
+
 # ln 2 in two parts; the first has 32 bits
 _LN2_1, _LN2_2 = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 
@@ -176,6 +179,37 @@ def hyperbolic_tangent(x):
     )
     grown = scale * (r + (r * r * _exponential_terms(r) + low)) + (scale - 1.0)
     return math.copysign(grown / (grown + 2.0), x)
+
+
+# fmt: off
+@simd
+def _arc_tangent_terms(z):
+    """Return (atan(t) - t)/t^3 for z = t^2, t within tan(pi/8)."""
+    return -1 / 3 + z * (1 / 5 + z * (-1 / 7 + z * (1 / 9 + z * (-1 / 11 + z * (1 / 13 + z * (-1 / 15 + z * (
+        1 / 17 + z * (-1 / 19 + z * (1 / 21 + z * (-1 / 23 + z * (1 / 25 + z * (-1 / 27 + z * (1 / 29 + z * (
+        -1 / 31 + z * (1 / 33 + z * (-1 / 35 + z * (1 / 37 + z * (-1 / 39 + z * (1 / 41 + z * (
+        -1 / 43))))))))))))))))))))
+# fmt: on
+
+
+@simd
+def arc_tangent(y, x):
+    """Return the angle of the point (x, y) from the x axis, from -pi to pi, with an error of at most 4 ulp.
+
+    As for math.atan2, the angle of (0, 0) is 0 or pi with the signs of its coordinates; NaN where both are infinite.
+    """
+    a, b = abs(x), abs(y)
+    least, most = (a, b) if a < b else (b, a)
+    # NaN stays, also for two infinities
+    ratio = least / most if most != 0.0 else 0.0 * most
+    turned = ratio > 0.41421356237309503
+    t = (ratio - 1.0) / (ratio + 1.0) if turned else ratio
+    z = t * t
+    angle = t + t * z * _arc_tangent_terms(z)
+    angle = _EIGHTH_1 + (angle + _EIGHTH_2) if turned else angle
+    angle = 2.0 * _EIGHTH_1 - (angle - 2.0 * _EIGHTH_2) if b > a else angle
+    angle = 4.0 * _EIGHTH_1 - (angle - 4.0 * _EIGHTH_2) if math.copysign(1.0, x) < 0.0 else angle
+    return math.copysign(angle, y) if x == x and y == y else math.nan
 
 
 @simd

@@ -12,11 +12,17 @@ A decorator reads the source of the function and never calls it::
 import inspect
 import textwrap
 from collections.abc import Callable, Mapping
+from math import acos as acos
+from math import asin as asin
+from math import atan as atan
+from math import atan2 as atan2
 from math import cos as cos
+from math import cosh as cosh
 from math import exp as exp
 from math import log as log
 from math import pi as pi
 from math import sin as sin
+from math import sinh as sinh
 from math import sqrt as sqrt
 from math import tan as tan
 from math import tanh as tanh
@@ -28,7 +34,10 @@ from sweep.model.system.definition import TIME, Definition
 from sweep.model.system.evaluation import evaluated
 from sweep.request.system_file import is_number, read_function
 
-__all__ = ["System", "body", "cos", "exp", "log", "pi", "sin", "sqrt", "system", "tan", "tanh"]
+__all__ = [
+    "System", "acos", "asin", "atan", "atan2", "body", "cos", "cosh", "exp", "log", "pi", "sin", "sinh", "sqrt",
+    "system", "tan", "tanh",
+]  # fmt: skip
 
 
 class System:

@@ -4,7 +4,8 @@ A *program* is a tuple of instructions. Each instruction refers to the results o
 
 ``("number", value)``, ``("parameter", i)``, ``("state", i)``, ``("time",)``,
 ``("+", a, b)``, ``("-", a, b)``, ``("*", a, b)``, ``("/", a, b)``, ``("**", a, exponent)``, ``("neg", a)``,
-``("sin", a)`` and so on for the functions of `FUNCTIONS`.
+``("sin", a)`` and so on for the functions of `FUNCTIONS`, and ``("atan2", y, x, square)``, where ``square`` is the
+instruction of y^2 + x^2.
 
 The rules are those of automatic differentiation, one for each operation: Jorba and Zou, "A software package for the
 numerical integration of ODEs by means of high-order Taylor methods", Experimental Mathematics 14 (2005), section 2.
@@ -84,6 +85,8 @@ class ConstantSource:
             return power(argument, f"(1.0 / {argument})", given[1])
         if kind == "neg":
             return f"-{argument}"
+        if kind == "atan2":
+            return f"arc_tangent({argument}, {self._text(given[1])})"
         call = f"{FUNCTIONS[kind]}({argument})"
         if kind == "tan":
             return f"{call}[0] / {call}[1]"
@@ -192,6 +195,8 @@ class SeriesSource:
             yield (kind, given[0]), 1.0
         elif kind == "log":
             yield ("shrinks", given[0]), 1.0
+        elif kind == "atan2":
+            yield ("shrinks", given[2]), 1.0
         elif kind == "/":
             base, exponent = self._monomial(given[1])
             if exponent > 0.0:
@@ -236,6 +241,12 @@ class SeriesSource:
             elif kind == "/":
                 one, other = map(self._size, given)
                 text = f"({one} + {own} * {other}) * abs({self._notes[number, 'inverse']})"
+            elif kind == "atan2":
+                one, other = (
+                    _product(f"abs({self._at(a, 0) or '0.0'})", self._size(b))
+                    for a, b in (given[:2], given[1::-1])
+                )
+                text = f"{own} + ({_sum([one, other])}) * {self._notes[number, 'inverse']}"
             else:
                 text = f"{own} + {self._size(given[0])} * abs({self._slope_of(number)})"
             self._sizes[number] = self._assigned(text)
@@ -312,7 +323,9 @@ class SeriesSource:
             if kind == "+":
                 return self._assigned(_sum([one, other]))
             return self._assigned(f"{one} - {other}" if one and other else one or (other and f"-{other}"))
-        rules = {"*": self._times, "/": self._over, "**": self._power, "neg": self._negative}
+        rules = {
+            "*": self._times, "/": self._over, "**": self._power, "neg": self._negative, "atan2": self._arc_tangent,
+        }  # fmt: skip
         if kind in rules:
             return rules[kind](number, k, *given)
         return getattr(self, f"_{'sine_cosine' if kind in ('sin', 'cos') else kind}")(number, k, *given)
@@ -399,6 +412,26 @@ class SeriesSource:
         rest = _sum(_product(_product(found[j], repr(j / k)), self._at(a, k - j)) for j in range(1, k))
         text = _less(self._at(a, k), rest)
         return self._assigned(f"({text}) * {inverse}" if text else "")
+
+    def _arc_tangent(self, number, k, y, x, square):
+        """Return the coefficient of the angle, whose derivative is (x y' - y x')/(x^2 + y^2)."""
+        inverse = self._once((number, "inverse"), f"1.0 / {self._at(square, 0)}")
+        if k == 0:
+            return self._assigned(f"arc_tangent({self._at(y, 0) or '0.0'}, {self._at(x, 0) or '0.0'})")
+        one, other = (
+            _sum(_product(weighted, self._at(b, k - j)) for j, weighted in enumerate(self._rates(a, k), 1))
+            for a, b in ((y, x), (x, y))
+        )
+        known = _sum(
+            _product(_product(self._values[number][k - j], repr(float(k - j))), self._at(square, j))
+            for j in range(1, k)
+        )
+        text = _less(_less(one, other), known)
+        return self._assigned(f"({text}) * ({inverse} * {1.0 / k!r})" if text else "")
+
+    def _rates(self, a, k):
+        """Return `_weighted` of a value that may be constant."""
+        return [""] * k if self._constant[a] else self._weighted(None, a, k)
 
     def _sine_cosine(self, number, k, a):
         """Return the coefficients of sine and cosine, which depend on each other and are kept for both functions."""

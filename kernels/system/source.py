@@ -81,7 +81,8 @@ def compiled(text, names, more):
     space = {
         "math": math, "kernel": kernel, "simd": simd,
         **{name: getattr(elementary, name) for name in (
-            "sine_cosine", "exponential", "logarithm", "hyperbolic_tangent", "rough_log2", "rough_exp2")},
+            "sine_cosine", "exponential", "logarithm", "hyperbolic_tangent", "arc_tangent", "rough_log2",
+            "rough_exp2")},
         **more, "__name__": f"{__name__}.made",
     }  # fmt: skip
     exec(compile(text, "<system>", "exec"), space)

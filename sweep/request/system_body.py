@@ -153,7 +153,7 @@ def _refuse_expression(node: ast.expr) -> NoReturn:
         what, instead = _NO_EXPRESSION[ast.Attribute]
         raise RequestError(f"{what} is not allowed in an expression", hint=instead)
     if isinstance(node, ast.Call):
-        raise RequestError("a function must be called by its name with one argument", hint="Write sin(x).")
+        raise RequestError("a function must be called by its name, without keywords", hint="Write sin(x).")
     if isinstance(node, ast.BinOp | ast.UnaryOp):
         name = type(node.op).__name__
         what = {"Mod": "the remainder %", "FloorDiv": "the sign //", "BitXor": "the sign ^"}.get(

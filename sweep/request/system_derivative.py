@@ -63,6 +63,13 @@ class Derivative:
             case "/":
                 above = self._add("-", rates[0], self._multiply(whole, rates[1]))
                 return above if above.value == 0.0 else tree.multiplied("/", above, others[0])
+            case "atan2":
+                y, x = inner, others[0]
+                above = self._add("-", self._multiply(x, rates[0]), self._multiply(y, rates[1]))
+                squares = (tree.multiplied("*", part, part) for part in (y, x))
+                return (
+                    above if above.value == 0.0 else tree.multiplied("/", above, tree.summed("+", *squares))
+                )
             case "**":
                 power = others[0].value or 0.0
                 less = one if power == 1.0 else tree.raised(inner, self._number(power - 1.0))

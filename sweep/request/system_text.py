@@ -9,7 +9,7 @@
     sum         = product { ( "+" | "-" ) product }
     product     = signed { ( "*" | "/" ) signed }
     signed      = ( "+" | "-" ) signed | atom [ "**" signed ]
-    atom        = number [ unit ] | NAME | FUNCTION "(" sum ")" | "(" sum ")"
+    atom        = number [ unit ] | NAME | FUNCTION "(" sum { "," sum } ")" | "(" sum ")"
 
 A bare number is in SI, in the units of the quantity that it is added to or compared with, as in a criterion. The text
 is never executed.
@@ -41,7 +41,7 @@ _TOKEN = re.compile(
     (?:\s*(?P<unit>{UNIT}))?
     | (?P<sign>{"|".join(SIGNS)})
     | (?P<word>[A-Za-z_][A-Za-z_0-9]*)
-    | (?P<mark>\*\*|[-+*/()])
+    | (?P<mark>\*\*|[-+*/(),])
     """,
     re.VERBOSE,
 )
@@ -232,9 +232,11 @@ class _Parser(Tokens):
                 f"{shown(token.text)} is not a function", token.at, f"Write {token.text}*(...) for a product."
             )
         # an unclosed bracket is refused first, then errors in the argument, then an unknown function
-        argument = self.sum() if self.peek() is not None else self._refuse_unclosed()
+        arguments = [self.sum() if self.peek() is not None else self._refuse_unclosed()]
+        while self.takes(","):
+            arguments.append(self.sum())
         self.expect(")")
-        return self._locate_errors(token.at, lambda: self._tree.called(token.text, argument))
+        return self._locate_errors(token.at, lambda: self._tree.called(token.text, *arguments))
 
     def _refuse_unclosed(self) -> NoReturn:
         self.unexpected("an expression")

@@ -4,16 +4,16 @@ Errors raised here have no position yet: the reader of the text adds the line or
 """
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import NoReturn
 
-from sweep.errors import RequestError, shown
+from sweep.errors import RequestError, counted, shown
 from sweep.model.system.definition import FUNCTIONS, Constant, Node, Operation, Symbol
 from sweep.model.system.evaluation import operate
 from sweep.model.system.spelling import spelled
 from sweep.request.suggestions import suggestion
-from sweep.request.system_units import PURE, Dimension, alike, product, told, wider
+from sweep.request.system_units import ANGLE, PURE, Dimension, alike, product, told, wider
 
 #: Limits of the nesting depth of an expression, of the number of different operations in a system, and of the total
 #: number of nodes in its rates with all names expanded: compilers take seconds for more.
@@ -31,8 +31,6 @@ _SMOOTH = {
     "max": "write a smooth form such as (a + b + sqrt((a - b)**2 + small**2))/2",
 }
 _INSTEAD = {
-    "sinh": "(exp(x) - exp(-x))/2",
-    "cosh": "(exp(x) + exp(-x))/2",
     "pow": "x**2 with a number as exponent",
     "log10": "log(x)/log(10)",
     "log2": "log(x)/log(2)",
@@ -134,11 +132,15 @@ class Tree:
                 if name in _INSTEAD
                 else "Use these functions, + - * / and **.",
             )
-        if len(arguments) != 1:
+        count = 2 if name == "atan2" else 1
+        if len(arguments) != count:
+            usual = "atan2(y, x)" if count == 2 else f"{name}(x)"
             raise RequestError(
-                f"the function {name} takes one argument; got {len(arguments)}",
-                hint="Write log(x)/log(2) for another base." if name == "log" else f"Write {name}(x).",
+                f"the function {name} takes {counted(count, 'argument')}; got {len(arguments)}",
+                hint="Write log(x)/log(2) for another base." if name == "log" else f"Write {usual}.",
             )
+        if name == "atan2":
+            return self._angle(*arguments)
         part = arguments[0]
         dimension = part.dimension or PURE
         if name == "sqrt":
@@ -149,7 +151,17 @@ class Tree:
                 f"the argument of {name} must be a pure number or an angle; {part} is {told(dimension)}",
                 hint="Divide it by a parameter with that unit.",
             )
-        return self._operation(name, PURE, part)
+        return _WRITTEN[name](self, part) if name in _WRITTEN else self._operation(name, PURE, part)
+
+    def _angle(self, y: Part, x: Part) -> Part:
+        """Return the angle of a point, as an angle."""
+        first, second = y.dimension, x.dimension
+        if first is not None and second is not None and not alike(first, second):
+            raise RequestError(
+                f"both arguments of atan2 must have the same unit: {y} is {told(first)}, and {x} is {told(second)}",
+                hint="Check the formula and its units.",
+            )
+        return self._operation("atan2", ANGLE, y, x)
 
     def negated(self, part: Part) -> Part:
         """Return the negative of an expression."""
@@ -243,6 +255,33 @@ class Tree:
     def _key(node: Node) -> object:
         """Return a key that is equal for equal nodes; equal operations are the same object."""
         return id(node) if isinstance(node, Operation) else node
+
+
+def _cosh(tree: Tree, x: Part) -> Part:
+    half = tree.number(0.5, PURE)
+    grows, falls = tree.called("exp", x), tree.called("exp", tree.negated(x))
+    return tree.multiplied("*", half, tree.summed("+", grows, falls))
+
+
+def _sinh(tree: Tree, x: Part) -> Part:
+    # unlike the difference of two exponentials, exact near 0
+    return tree.multiplied("*", tree.called("tanh", x), _cosh(tree, x))
+
+
+def _across(tree: Tree, x: Part) -> Part:
+    """Return sqrt(1 - x^2), exact near 1."""
+    one = tree.number(1.0, PURE)
+    return tree.called("sqrt", tree.multiplied("*", tree.summed("-", one, x), tree.summed("+", one, x)))
+
+
+#: Functions that are written by others.
+_WRITTEN: Mapping[str, Callable[[Tree, Part], Part]] = {
+    "sinh": _sinh,
+    "cosh": _cosh,
+    "atan": lambda tree, x: tree.called("atan2", x, tree.number(1.0, PURE)),
+    "asin": lambda tree, x: tree.called("atan2", x, _across(tree, x)),
+    "acos": lambda tree, x: tree.called("atan2", _across(tree, x), x),
+}
 
 
 def _check_root(part: Part) -> None:

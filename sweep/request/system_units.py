@@ -1,7 +1,7 @@
 """Units of a user's system: reading annotations, writing units for files, and comparing the dimensions in a sum.
 
-A dimension is the powers of m, g, s, rad and K. Comparisons treat angles as pure numbers: ``sin(angle)`` and ``angle``
-are alike.
+A dimension is the powers of m, g, s, rad, K and A. Comparisons treat angles as pure numbers: ``sin(angle)`` and
+``angle`` are alike.
 """
 
 import re
@@ -9,19 +9,26 @@ import re
 from sweep.errors import RequestError, shown
 from sweep.request.units import read_unit
 
-#: Powers of m, g, s, rad and K, which may be fractions: ``sqrt(length)`` has the power 1/2 of m.
+#: Powers of m, g, s, rad, K and A, which may be fractions: ``sqrt(length)`` has the power 1/2 of m.
 Dimension = tuple[float, ...]
 
-PURE: Dimension = (0.0,) * 5
-SECOND: Dimension = (0.0, 0.0, 1.0, 0.0, 0.0)
-ANGLE: Dimension = (0.0, 0.0, 0.0, 1.0, 0.0)
-_METRE, _GRAM, _SECOND, _RADIAN, _KELVIN = range(5)
+PURE: Dimension = (0.0,) * 6
+SECOND: Dimension = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+ANGLE: Dimension = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
+_METRE, _GRAM, _SECOND, _RADIAN, _KELVIN, _AMPERE = range(6)
 
 #: The index and the unit of each power, in the order of writing.
-_WRITTEN = ((_GRAM, "kg"), (_METRE, "m"), (_RADIAN, "rad"), (_KELVIN, "K"), (_SECOND, "s"))
+_WRITTEN = ((_GRAM, "kg"), (_METRE, "m"), (_RADIAN, "rad"), (_KELVIN, "K"), (_SECOND, "s"), (_AMPERE, "A"))
 
 #: Temperature scales whose zero is not absolute zero.
 _SHIFTED = re.compile(r"deg[CF]")
+
+#: Electrical units that are written by their own name: nobody reads kg m2 s-3 A-2 as ohm.
+_NAMED = {
+    tuple(map(float, unit[0])): name
+    for name in ("C", "V", "ohm", "S", "F", "H", "Wb", "T")
+    if (unit := read_unit(name)) is not None
+}
 
 #: Powers are rounded to multiples of 1/3600, which include halves to sixths and roots of roots.
 _PARTS = 3600
@@ -56,9 +63,11 @@ def check_scale(text: str) -> None:
 
 
 def written(dimension: Dimension) -> str | None:
-    """Return the SI unit of a dimension as in files, ``kg m2 s-2``; None if a power is not a small integer."""
+    """Return the SI unit of a dimension in files, ``kg m2 s-2`` or ``ohm``; None if a power is not a small integer."""
     if any(power != round(power) or abs(power) > _MOST_POWER for power in dimension):
         return None
+    if dimension in _NAMED:
+        return _NAMED[dimension]
     powers = ((name, int(dimension[at])) for at, name in _WRITTEN)
     return " ".join(f"{name}{power if power != 1 else ''}" for name, power in powers if power) or "1"
 
@@ -67,6 +76,8 @@ def told(dimension: Dimension) -> str:
     """Return a dimension in words for messages."""
     if not any(dimension):
         return "a pure number"
+    if dimension in _NAMED:
+        return f"in {_NAMED[dimension]}"
     powers = ((name, dimension[at]) for at, name in _WRITTEN)
     return "in " + " ".join(f"{name}{f'{power:g}' if power != 1 else ''}" for name, power in powers if power)
 

@@ -8,18 +8,28 @@ from functools import lru_cache
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import Quantity
 
-#: Powers of m, g, s, rad and K: an angle is not a pure number here.
+#: Powers of m, g, s, rad, K and A: an angle is not a pure number here.
 Dimension = tuple[int, ...]
 
-_LENGTH, _MASS, _TIME = (1, 0, 0, 0, 0), (0, 1, 0, 0, 0), (0, 0, 1, 0, 0)
-_ANGLE, _TEMPERATURE, _NUMBER = (0, 0, 0, 1, 0), (0, 0, 0, 0, 1), (0, 0, 0, 0, 0)
-_RATE, _SPEED, _ACCELERATION = (0, 0, -1, 1, 0), (1, 0, -1, 0, 0), (1, 0, -2, 0, 0)
-_FORCE, _PRESSURE, _ENERGY = (1, 1, -2, 0, 0), (-1, 1, -2, 0, 0), (2, 1, -2, 0, 0)
+
+def _powers(m: int = 0, g: int = 0, s: int = 0, *, rad: int = 0, K: int = 0, A: int = 0) -> Dimension:  # noqa: N803
+    return m, g, s, rad, K, A
+
+
+_LENGTH, _MASS, _TIME, _ANGLE, _NUMBER = (
+    _powers(1),
+    _powers(0, 1),
+    _powers(0, 0, 1),
+    _powers(rad=1),
+    _powers(),
+)
+_RATE, _SPEED, _ACCELERATION = _powers(s=-1, rad=1), _powers(1, s=-1), _powers(1, s=-2)
+_FORCE, _PRESSURE, _ENERGY = _powers(1, 1, -2), _powers(-1, 1, -2), _powers(2, 1, -2)
 
 #: Keep the last digits: canonical texts of specs depend on them.
 _ARCMINUTE, _POUND = 0.00029088820866572163, 453.5923700000001
 
-#: The names of a unit -> its dimension, and its size in m, g, s and rad.
+#: The names of a unit -> its dimension, and its size in m, g, s, rad, K and A.
 _TABLE: dict[str, tuple[Dimension, float]] = {
     "m metre meter": (_LENGTH, 1.0),
     "micron": (_LENGTH, 1e-6),
@@ -29,7 +39,7 @@ _TABLE: dict[str, tuple[Dimension, float]] = {
     "yd yard": (_LENGTH, 0.9144),
     "mi mile": (_LENGTH, 1609.344),
     "nmi nautical_mile": (_LENGTH, 1852.0),
-    "l L litre liter": ((3, 0, 0, 0, 0), 1e-3),
+    "l L litre liter": (_powers(3), 1e-3),
     "g gram": (_MASS, 1.0),
     "t tonne metric_ton": (_MASS, 1e6),
     "lb pound": (_MASS, _POUND),
@@ -39,7 +49,7 @@ _TABLE: dict[str, tuple[Dimension, float]] = {
     "h hr hour": (_TIME, 3600.0),
     "d day": (_TIME, 86400.0),
     "week": (_TIME, 604800.0),
-    "Hz hertz": ((0, 0, -1, 0, 0), 1.0),
+    "Hz hertz": (_powers(s=-1), 1.0),
     "rad radian": (_ANGLE, 1.0),
     "deg degree °": (_ANGLE, math.radians(1.0)),
     "arcmin arcminute": (_ANGLE, _ARCMINUTE),
@@ -57,10 +67,20 @@ _TABLE: dict[str, tuple[Dimension, float]] = {
     "lbf pound_force": (_FORCE, 4448.2216152605),
     "Pa pascal": (_PRESSURE, 1000.0),
     "bar": (_PRESSURE, 1e8),
-    "P poise": ((-1, 1, -1, 0, 0), 100.0),
+    "P poise": (_powers(-1, 1, -1), 100.0),
     "J joule": (_ENERGY, 1000.0),
-    "W watt": ((2, 1, -3, 0, 0), 1000.0),
-    "K kelvin degC degF": (_TEMPERATURE, 1.0),
+    "W watt": (_powers(2, 1, -3), 1000.0),
+    "cal calorie": (_ENERGY, 4184.0),
+    "K kelvin degC degF": (_powers(K=1), 1.0),
+    "A amp ampere": (_powers(A=1), 1.0),
+    "C coulomb": (_powers(s=1, A=1), 1.0),
+    "V volt": (_powers(2, 1, -3, A=-1), 1000.0),
+    "ohm Ω Ω": (_powers(2, 1, -3, A=-2), 1000.0),
+    "S siemens": (_powers(-2, -1, 3, A=2), 1e-3),
+    "F farad": (_powers(-2, -1, 4, A=2), 1e-3),
+    "H henry": (_powers(2, 1, -2, A=-2), 1000.0),
+    "Wb weber": (_powers(2, 1, -2, A=-1), 1000.0),
+    "T tesla": (_powers(0, 1, -2, A=-1), 1000.0),
     "dimensionless": (_NUMBER, 1.0),
     "% percent": (_NUMBER, 0.01),
 }
@@ -80,6 +100,8 @@ _TOKEN = re.compile(
     r"|(?P<one>1)(?!\w| [^*/])|(?P<space> )"
 )
 _MOST_CHARACTERS = 80
+#: Names with an s at their end that is read as a plural: longer ones than this, and these.
+_LEAST_PLURAL, _SHORT_PLURALS = 3, ("lbs", "hrs", "yds")
 
 _A_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.ASCII | re.DOTALL)
 
@@ -151,7 +173,9 @@ def read_unit(text: str) -> tuple[Dimension, float] | None:
 
 def _unit(name: str) -> tuple[Dimension, float] | None:
     """Return the unit of a name, which may have a prefix and a plural s."""
-    for word in (name, name.removesuffix("s")):
+    # a plural of a short name could be a product: Vs, As, Pas
+    plural = name.removesuffix("s") if len(name) > _LEAST_PLURAL or name in _SHORT_PLURALS else name
+    for word in (name, plural):
         if word in _UNITS:
             return _UNITS[word]
         for prefix, scale in _PREFIXES.items():

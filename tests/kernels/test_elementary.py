@@ -83,3 +83,26 @@ def test_rough_logarithms(x, power):
     assert abs(elementary.rough_log2(x) - math.log2(x)) <= 0.09
     assert abs(elementary.rough_exp2(power) / 2.0**power - 1.0) <= 0.07
     assert abs(elementary.rough_log2(elementary.rough_exp2(power)) - power) <= 1e-9
+
+
+SIDES = st.one_of(st.floats(-1e150, 1e150), st.floats(-2.0, 2.0), st.sampled_from([0.0, -0.0, 1.0, -1.0]))
+
+
+@given(SIDES, SIDES)
+def test_arc_tangent(y, x):
+    """The angle of a point is right to four units in the last place in all quadrants."""
+    found = elementary.arc_tangent(y, x)
+    with mpmath.workdps(40):
+        true = mpmath.atan2(mpmath.mpf(y), mpmath.mpf(x))
+        if y == 0.0 or abs(true) < 1e-300:
+            assert found == math.atan2(y, x) or abs(true) < 1e-300
+        else:
+            assert ulps(found, true) <= 4.0
+
+
+def test_arc_tangent_without_a_value():
+    """NaN stays NaN, and one infinite coordinate gives a right angle or none."""
+    assert math.isnan(elementary.arc_tangent(math.nan, 1.0))
+    assert math.isnan(elementary.arc_tangent(1.0, math.nan))
+    assert elementary.arc_tangent(math.inf, 1.0) == math.pi / 2
+    assert elementary.arc_tangent(1.0, math.inf) == 0.0

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from messages import assert_facts, refused
 
 from sweep.errors import RequestError
-from sweep.model.system.definition import FUNCTIONS, Constant, Event, Operation, Symbol
+from sweep.model.system.definition import OPERATIONS, Constant, Event, Operation, Symbol
 from sweep.model.system.evaluation import evaluated
 from sweep.request.spec import SweepSpec
 from sweep.request.system_file import read_system, read_system_file, system_names
@@ -139,8 +139,8 @@ REFUSED = {
     "while": (file("while x:\n        x"), 4, "loop", "x1 + x2 + x3"),
     "comprehension": (file("return v, sum(i for i in x)"), 4, "function sum", "+ - * /; **"),
     "unknown function": (file("y = z(x)\n    return v, y"), 4, "function z", "+ - * /; **"),
-    "known elsewhere": (file("return v, sinh(x)"), 4, "function sinh", "exp(x)"),
-    "two arguments": (file("return v, sin(x, v)"), 4, "sin; one argument; 2", "sin(x)"),
+    "known elsewhere": (file("return v, log10(x)"), 4, "function log10", "log(x)/log(10)"),
+    "two arguments": (file("return v, sin(x, v)"), 4, "sin; 1 argument; 2", "sin(x)"),
     "comparison": (file("return v, x > 1"), 4, "comparison", "an ending"),
     "subscript": (file("return v, x[0]"), 4, "subscript", "x1, x2"),
     "attribute": (file("return v, math.sin(x)"), 4, "dotted name", "sin(x)"),
@@ -394,7 +394,8 @@ EXPRESSIONS = st.recursive(
         st.tuples(parts, st.sampled_from([" + ", " - ", "*"]), parts).map("".join),
         parts.map("-({})".format),
         st.tuples(parts, st.sampled_from(["2", "3", "-1", "0.5", "(-1.5)", "1/3"])).map("({0[0]})**({0[1]})".format),
-        st.tuples(st.sampled_from(FUNCTIONS), parts).map("{0[0]}({0[1]})".format),
+        st.tuples(st.sampled_from(OPERATIONS[:-1]), parts).map("{0[0]}({0[1]})".format),
+        st.tuples(parts, parts).map("atan2({0[0]}, {0[1]})".format),
     ),
     max_leaves=12,
 )  # fmt: skip
@@ -480,3 +481,21 @@ def _read_or_refused(text):
             assert "line " in str(error)  # noqa: PT017
         else:
             assert read_system(system.text) == system
+
+
+def test_electrical_units_keep_their_names():
+    """A farad is written F, not by four base units; a product of units is written by base units."""
+    text = (
+        'charge: "C" = "1 mC", current: "A" = 0.0, *, capacity: "F" = "10 uF", coil: "H" = 0.2, '
+        'load: "ohm" = "1 kohm"'
+    )
+    system = read_system(
+        file("return current, -(charge/capacity + load*current)/coil", text, 'duration="5 s"')
+    )
+    declared = (*system.states, *system.parameters)
+    assert [row.units for row in declared] == ["C", "A", "F", "H", "ohm"]
+    assert [row.default for row in declared] == pytest.approx([1e-3, 0.0, 1e-5, 0.2, 1000.0])
+    assert read_system(system.text) == system
+    with pytest.raises(RequestError) as caught:
+        read_system(file("return current, -(charge/capacity + current)/coil", text, 'duration="5 s"'))
+    assert_facts(str(caught.value), "line 4", "in V", "in A")

@@ -223,6 +223,9 @@ def test_units_have_their_defined_sizes():
         "decipascal*s 0.1 decapascal*s 10 kilopascal*s 1e3 megapascal*s 1e6 gigapascal*s 1e9 cPa*s 0.01 mPa*s 1e-3",
         "kg m-3": "kg/m3 1 g/cm3 1000 kg/l 1000 kg/L 1000",
         "N m s": "N*m*s 1 J*s 1 W*s2 1",
+        "kg m2 s-3 A-1": "V 1 mV 1e-3 volts 1 kilovolt 1e3 J/C 1 W/A 1 Wb/s 1 A*ohm 1 A/S 1",
+        "A": "A 1 uA 1e-6 amps 1 C/s 1 V/ohm 1 V/kΩ 1e-3 V*s/H 1 F*V/s 1 T*m/H*m 1",
+        "kg m2 s-2 K-1": "J/K 1 kJ/K 1e3 cal/K 4.184 W*s/K 1",
     }.items():
         words, quantity = sizes.split(), Quantity("size", "", units, "", DECISION)
         for unit, size in zip(words[::2], words[1::2], strict=True):
@@ -254,6 +257,11 @@ def test_what_is_no_unit_is_refused_at_once():
         told = "".join(str(caught.value).split())
         assert any("".join(shown(each).split()) in told for each in (unit, f"1 {unit}")), told
         assert len(str(caught.value)) < 500, unit
+
+
+def test_products_are_not_read_as_plurals():
+    """Volt-seconds and pascal-seconds need a sign or a blank between their factors."""
+    assert [read_unit(name) for name in ("Vs", "As", "Ns", "Ks", "Pas")] == [None] * 5
 
 
 def test_a_plain_number_is_ascii():

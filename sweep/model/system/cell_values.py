@@ -11,6 +11,7 @@ from sweep.model.system.definition import Constant, Label, Node, Symbol, symbols
 _OPERATIONS: Mapping[str, Callable[..., Any]] = {
     "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "**": np.power, "neg": np.negative,
     "sin": np.sin, "cos": np.cos, "tan": np.tan, "exp": np.exp, "log": np.log, "sqrt": np.sqrt, "tanh": np.tanh,
+    "atan2": np.arctan2,
 }  # fmt: skip
 
 

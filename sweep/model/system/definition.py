@@ -29,8 +29,8 @@ class Operation:
     Parameters
     ----------
     name : str
-        ``+``, ``-``, ``*``, ``/`` of two expressions; ``**`` of an expression and a `Constant`; ``neg`` and the
-        functions in `FUNCTIONS` of one expression.
+        ``+``, ``-``, ``*``, ``/``, ``atan2`` of two expressions; ``**`` of an expression and a `Constant`; ``neg`` and
+        the other functions in `OPERATIONS` of one expression.
     arguments : tuple of Constant, Symbol or Operation
     """
 
@@ -40,8 +40,11 @@ class Operation:
 
 Node = Constant | Symbol | Operation
 
-#: Functions that a right-hand side, an event or a measure may call.
-FUNCTIONS = ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh")
+#: Functions of an `Operation`.
+OPERATIONS = ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh", "atan2")
+
+#: Functions that a right-hand side, an event or a measure may call; the others are written by those of `OPERATIONS`.
+FUNCTIONS = (*OPERATIONS, "sinh", "cosh", "atan", "asin", "acos")
 
 #: The name of the time.
 TIME = "t"

@@ -19,6 +19,7 @@ _CALLS: Mapping[str, Callable[..., float]] = {
     "log": math.log,
     "sqrt": math.sqrt,
     "tanh": math.tanh,
+    "atan2": math.atan2,
 }
 
 

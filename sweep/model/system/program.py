@@ -44,7 +44,11 @@ class Program:
             base, exponent = node.arguments
             power = float(exponent.value) if isinstance(exponent, Constant) else math.nan
             return self._number_of(base) if power == 1.0 else self._power(self._number_of(base), power)
-        return self._instruction(node.name, *map(self._number_of, node.arguments))
+        given = tuple(map(self._number_of, node.arguments))
+        if node.name == "atan2":
+            squares = (self._instruction("*", number, number) for number in given)
+            given = *given, self._instruction("+", *squares)
+        return self._instruction(node.name, *given)
 
     def _power(self, base: int, exponent: float) -> int:
         """Add a power: integer powers as products, defined at 0 and below; below -8 as 1 over a product."""

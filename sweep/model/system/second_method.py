@@ -194,6 +194,9 @@ def _hiding(nodes: Sequence[Node]) -> Iterator[tuple[str, float, Node]]:
             yield node.name, 1.0, node.arguments[0]
         elif node.name == "log":
             yield "shrinks", 1.0, node.arguments[0]
+        elif node.name == "atan2":
+            squares = tuple(Operation("*", (argument, argument)) for argument in node.arguments)
+            yield "shrinks", 1.0, Operation("+", squares)
         elif node.name == "/":
             base, power = _power_of(node.arguments[1])
             if power > 0.0 and not isinstance(base, Constant):

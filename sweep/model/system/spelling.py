@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 
 from sweep.model.system.definition import (
-    FUNCTIONS,
+    OPERATIONS,
     TIME,
     Constant,
     Declared,
@@ -42,8 +42,8 @@ def spelled(node: Node, names: Mapping[Node, str] | None = None) -> str:
         return node.name
     if names and node in names:
         return names[node]
-    if node.name in FUNCTIONS:
-        return f"{node.name}({spelled(node.arguments[0], names)})"
+    if node.name in OPERATIONS:
+        return f"{node.name}({', '.join(spelled(argument, names) for argument in node.arguments)})"
     binds = _BINDS[node.name]
     if node.name == "neg":
         return f"-{_bracketed(node.arguments[0], binds, names)}"
@@ -75,8 +75,8 @@ def system_text(system: Definition) -> str:
         # the rates follow from these
         mark, returned = "body", (system.meridian.height, system.meridian.axial, system.meridian.transverse)
     names, lines = _named_parts(system, returned)
-    used = {operation.name for operation in _operations(returned)} & set(FUNCTIONS)
-    imported = ", ".join([mark, *(name for name in FUNCTIONS if name in used)])
+    used = {operation.name for operation in _operations(returned)} & set(OPERATIONS)
+    imported = ", ".join([mark, *(name for name in OPERATIONS if name in used)])
     words = "".join(f"    {name}={value},\n" for name, value in _words(system))
     values = ", ".join(spelled(node, names) for node in returned)
     title = [ascii(system.title)] if system.title else []

@@ -169,15 +169,15 @@ def test_cells_with_losses(opened, rng, count):
 
 #: Every function, and every kind of measure, ending and label.
 ANY = """
-from sweep.systems import cos, exp, log, sin, sqrt, system, tan, tanh
+from sweep.systems import atan, cos, exp, log, sin, sqrt, system, tan, tanh
 
 
 @system(duration=4, ends={"out": "abs(x) > 2 or y - x/4 > 1.5"}, conserved=["x*y/2 - z**2", "exp(x) - z"],
         measures={"lowest": "min x + y/2", "peak": "max abs(y - z/4)", "final": "last exp(-x)*tanh(y) - log(1 + x**2)",
-                  "angle": "last sqrt(x**2 + 1)/3 + tan(y/4)*cos(t)"},
+                  "angle": "last sqrt(x**2 + 1)/3 + tan(y/4)*cos(t) + atan2(y, x + 3)"},
         label={"right": "x > 0.1 and y > 0", "left": "x < -0.1", "middle": True}, stable="peak < 1.3 and lowest > -1.5")
 def any(x=0.3, y=0.2, z=0.0, *, k=1.0, q=0.1):
-    return y, -k*sin(x) + q*cos(3*z), 0.5
+    return y, -k*sin(x) + q*cos(3*z), 0.5 + 0.1*atan(y)
 """
 
 #: Systems with an ending and a theory, with several endings and a conserved energy, and with labels.

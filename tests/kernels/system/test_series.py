@@ -33,7 +33,7 @@ def coefficients(more, wanted):
     source = SeriesSource(tuple(program), (9,), (len(program) - 1 if wanted is None else wanted,), ORDER)
     space = {
         name: getattr(elementary, name)
-        for name in ("sine_cosine", "exponential", "logarithm", "hyperbolic_tangent")
+        for name in ("sine_cosine", "exponential", "logarithm", "hyperbolic_tangent", "arc_tangent")
     }
     space |= {"math": math, "y0": PATH[0], "t": 0.0, "p0": 1.7}
     constants = {name: text for text, name in source.constants.names.items()}
@@ -90,5 +90,24 @@ def test_products_quotients_and_constants():
         ([("parameter", 0), ("*", 10, 1), ("cos", 11)], lambda t: mpmath.cos(mpmath.mpf(1.7) * t)),
         ([("neg", 0), ("-", 10, 1)], lambda t: -path(t) - t),
         ([("sin", 0), ("cos", 0), ("**", 10, 2.0), ("**", 11, 2.0), ("+", 12, 13)], lambda t: mpmath.mpf(1) + 0 * t),
+    ):  # fmt: skip
+        assert_right(coefficients(more, None), function)
+
+
+def test_the_angle_of_a_point():
+    """Two series, a series and a constant of the cell in both places, and a turn through a right angle are right."""
+
+    def squares(y, x):
+        return [("*", y, y), ("*", x, x)]
+
+    number = mpmath.mpf(1.7)
+    for more, function in (
+        ([*squares(0, 1), ("+", 10, 11), ("atan2", 0, 1, 12)], lambda t: mpmath.pi / 2 - mpmath.atan(t / path(t))),
+        ([("cos", 0), *squares(0, 10), ("+", 11, 12), ("atan2", 0, 10, 13)],
+         lambda t: mpmath.atan(path(t) / mpmath.cos(path(t)))),
+        ([("parameter", 0), *squares(0, 10), ("+", 11, 12), ("atan2", 0, 10, 13)],
+         lambda t: mpmath.atan(path(t) / number)),
+        ([("parameter", 0), *squares(10, 0), ("+", 11, 12), ("atan2", 10, 0, 13)],
+         lambda t: mpmath.atan(number / path(t))),
     ):  # fmt: skip
         assert_right(coefficients(more, None), function)

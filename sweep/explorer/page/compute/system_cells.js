@@ -25,6 +25,7 @@
     log: Math.log,
     sqrt: Math.sqrt,
     tanh: Math.tanh,
+    atan2: Math.atan2,
   };
 
   /** Operations whose terms are rounded separately. */
