@@ -25,6 +25,9 @@ settings.load_profile("same")
 
 os.environ["MPLBACKEND"] = "agg"
 
+# A process whose files may only be small, as in tests of a full disk, would leave byte code that ends too early.
+os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
+
 # A shell that starts the tests in the background makes them, and all processes they start, ignore interrupts.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
