@@ -98,7 +98,7 @@ def _prepare_with_law(law: dict[str, float], cells: int) -> _Timed:
 
 
 def measure(repeats: int, cells: int = 240) -> dict[str, float]:
-    """Return the time of a step [ns] without losses (named "none") and with each law.
+    """Return the time of a step [ns] without losses (named "none") and with each law, whose first pass is included.
 
     Requires that one thread is set.
     """

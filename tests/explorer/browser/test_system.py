@@ -32,7 +32,7 @@ def test_a_page_that_waits_for_its_kernel_says_so(page, served_with):
 
     for path in ("kernels.wasm", "cells"):
         page.route(f"**/{path}", hold)
-    page.goto(served_with("kapitza").url)
+    page.goto(served_with("thomas").url)
     page.locator("#notice").filter(has_text=of_kernel).wait_for()
     assert page.locator("#map[data-shown]").count() == 0
     is_held = False

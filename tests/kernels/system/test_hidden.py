@@ -33,8 +33,8 @@ def passer(x=-100.0, v=1.0, *, width=0.01, depth=0.2):
 """
 ANGLES = """
 @system(duration="100")
-def angles(a=0.0, b=0.0, c=0.9, x=1.0, y=0.0, s=0.0, *, width=0.01, when=50.0, t):
-    return atan((t - when)/width)/pi + 1/2, sinh(t/100)*cosh(t/100), -asin(c)*acos(c), -y, x, sin(atan2(y, x))
+def angles(a=0.0, x=1.0, y=0.0, s=0.0, *, width=0.01, when=50.0, t):
+    return atan((t - when)/width)/pi + 1/2, -y, x, sin(atan2(y, x))
 """
 CHIRP = """
 @system(duration="10")
@@ -130,15 +130,10 @@ def test_dry_friction_that_is_smoothed():
 
 @pytest.mark.compiled
 def test_angles(rng):
-    """A step of the arc tangent is found, and a point may go round: closed forms, and SciPy for inverse functions."""
+    """A step of the arc tangent is found, and a point may go round: closed forms."""
     width, when = 10.0 ** rng.uniform(-6.0, 0.0, 20), rng.uniform(30.0, 70.0, 20)
     endings, found, _ = run(ANGLES, {"width": width, "when": when})
     assert np.all(endings == RUNS_ON)
     areas = [u * np.arctan(u) - 0.5 * np.log1p(u**2) for u in ((100.0 - when) / width, -when / width)]
     assert found[-1, 0] == pytest.approx(50.0 + width / np.pi * (areas[0] - areas[1]), rel=1e-9)
-    assert found[-1, 1] == pytest.approx(np.full(20, 50.0 * math.sinh(1.0) ** 2), rel=1e-10)
-    truth = solve_ivp(
-        lambda _, c: -np.arcsin(c) * np.arccos(c), (0.0, 100.0), [0.9], "DOP853", rtol=1e-12, atol=1e-80
-    )
-    assert found[-1, 2] == pytest.approx(np.full(20, truth.y[0, -1]), rel=1e-8)
-    assert found[-1, 5] == pytest.approx(np.full(20, 1.0 - math.cos(100.0)), abs=1e-9)
+    assert found[-1, 3] == pytest.approx(np.full(20, 1.0 - math.cos(100.0)), abs=1e-9)
