@@ -202,6 +202,7 @@ def arc_tangent(y, x):
     least, most = (a, b) if a < b else (b, a)
     # NaN stays, also for two infinities
     ratio = least / most if most != 0.0 else 0.0 * most
+    # tan(pi/8)
     turned = ratio > 0.41421356237309503
     t = (ratio - 1.0) / (ratio + 1.0) if turned else ratio
     z = t * t

@@ -151,7 +151,7 @@ class Tree:
                 f"the argument of {name} must be a pure number or an angle; {part} is {told(dimension)}",
                 hint="Divide it by a parameter with that unit.",
             )
-        return _WRITTEN[name](self, part) if name in _WRITTEN else self._operation(name, PURE, part)
+        return _COMPOSED[name](self, part) if name in _COMPOSED else self._operation(name, PURE, part)
 
     def _angle(self, y: Part, x: Part) -> Part:
         """Return the angle of a point, as an angle."""
@@ -274,8 +274,8 @@ def _across(tree: Tree, x: Part) -> Part:
     return tree.called("sqrt", tree.multiplied("*", tree.summed("-", one, x), tree.summed("+", one, x)))
 
 
-#: Functions that are written by others.
-_WRITTEN: Mapping[str, Callable[[Tree, Part], Part]] = {
+#: Functions that are composed of others.
+_COMPOSED: Mapping[str, Callable[[Tree, Part], Part]] = {
     "sinh": _sinh,
     "cosh": _cosh,
     "atan": lambda tree, x: tree.called("atan2", x, tree.number(1.0, PURE)),

@@ -85,11 +85,14 @@ def test_rates_and_energy_are_those_of_a_rigid_body_in_space(rng):
 @pytest.mark.parametrize("text", [
     "x**3 - 2/x", "x*sin(3*x)", "cos(x)/(1 + x)", "tan(x/3)", "exp(-x**2)", "log(2 + x)*x", "sqrt(1 + x**2)",
     "tanh(2*x)", "(cos(x)**4 + 0.3*sin(x)**4)**0.25", "(1 + x)**-1.5 - x*(x - x)", "-x + 3", "7",
+    "x*atan(2*x)", "asin(x/3)", "acos(x/3)", "sinh(x)*cosh(x)", "atan2(x**2, 1 + x)", "atan2(2, 3)",
 ])  # fmt: skip
 def test_derivatives(text, rng):
     """They match a complex step, which has no cancellation."""
     tree = Tree(names={"x": symbol("x", PURE)})
     functions = {name: getattr(cmath, name) for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh")}
+    # all points are right of the origin
+    functions["atan2"] = lambda y, x: cmath.atan(y / x)
     source = Source(text)
     node = Arithmetic(source, tree).part(source.parsed().body[0].value).node
     slope = Derivative(tree, "x").of(node).node

@@ -43,7 +43,7 @@ Node = Constant | Symbol | Operation
 #: Functions of an `Operation`.
 OPERATIONS = ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh", "atan2")
 
-#: Functions that a right-hand side, an event or a measure may call; the others are written by those of `OPERATIONS`.
+#: Functions that a right-hand side, an event or a measure may call; the others are composed of `OPERATIONS`.
 FUNCTIONS = (*OPERATIONS, "sinh", "cosh", "atan", "asin", "acos")
 
 #: The name of the time.
