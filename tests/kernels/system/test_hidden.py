@@ -131,7 +131,7 @@ def test_dry_friction_that_is_smoothed():
 @pytest.mark.compiled
 def test_angles(rng):
     """A step of the arc tangent is found, and a point may go round: closed forms."""
-    width, when = 10.0 ** rng.uniform(-6.0, 0.0, 20), rng.uniform(30.0, 70.0, 20)
+    width, when = 10.0 ** rng.uniform(-12.0, 0.0, 20), rng.uniform(30.0, 70.0, 20)
     endings, found, _ = run(ANGLES, {"width": width, "when": when})
     assert np.all(endings == RUNS_ON)
     areas = [u * np.arctan(u) - 0.5 * np.log1p(u**2) for u in ((100.0 - when) / width, -when / width)]
