@@ -9,12 +9,13 @@ from matplotlib.figure import Figure
 from steady_motions import marginal_curve
 
 import sweep
-from kernels.disk import motion_arrays
+from kernels.bodies import motion_arrays, shapes
 from kernels.disk.endings import HORIZON
 from sweep.figures import plots
 from sweep.figures.sheet import sheet
 from sweep.files.paths import check_format
 from sweep.model.disk.model import DISK
+from sweep.model.disk.path import rows_of_disk
 from sweep.model.disk.theory import carried_rates
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Truths
@@ -41,7 +42,7 @@ _BLUE, _RED, _GREY = "#0b5a8a", "#c8380a", "0.35"
 _BOX = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
 
 
-_TRAJECTORY = Kernel("kernels.disk.trajectory", "trajectory", seconds=1.0)
+_TRAJECTORY = Kernel("kernels.bodies.trajectory", "trajectory", seconds=3.0)
 
 #: Number of steps per nutation period, each of two RK4 steps.
 _STEPS = 2000
@@ -153,10 +154,20 @@ def drift(tilt: Array, s: Array, o: Array, alpha: float, period: Array) -> Drift
     precession_rate = o / np.cos(tilt)
     roll_rate = s - precession_rate * np.sin(tilt)
     ends = np.full((len(motion_arrays.SAMPLES), tilt.size), np.nan)
+    starts = rows_of_disk(
+        {
+            "tilt": tilt,
+            "precession_rate": precession_rate,
+            "roll_rate": roll_rate,
+            "alpha": np.full_like(tilt, alpha),
+            "radius": np.ones_like(tilt),
+            "gravity": np.ones_like(tilt),
+        }
+    )
     for i in np.flatnonzero(np.isfinite(period)):
-        start = np.array([tilt[i], 0.0, precession_rate[i], roll_rate[i], alpha, 1.0, 1.0])
+        start = starts[:, i : i + 1].copy()
         samples = np.empty((len(motion_arrays.SAMPLES), 2))
-        settings = np.array([period[i] / _STEPS, 0.0, _FLAT])
+        settings = np.array([period[i] / _STEPS, 0.0, _FLAT, shapes.TORUS])
         ending, *_ = _TRAJECTORY.load()(start, settings, np.array([0.0, period[i]]), samples)
         if ending == HORIZON:
             ends[:, i] = samples[:, 1]

@@ -1,8 +1,9 @@
-"""Rows of the arrays of a single motion of a body, in the same form as `kernels.disk.motion_arrays`."""
+"""Rows of the arrays of a single motion of a body without losses, in the same form as `kernels.disk.arrays`."""
 
 from kernels.disk.arrays import STATE
 
-#: Settings of a single trajectory: the settings for the disk, and the number of the body (`kernels.bodies.shapes`).
+#: Settings of a single trajectory: longest step [s] (0: no limit), step times the fastest frequency of the state [1],
+#: fall_tilt [rad], the number of the body (`kernels.bodies.shapes`).
 SETTINGS = ("step", "relative_step", "fall_tilt", "body")
 STEP, RELATIVE_STEP, FALL_TILT, BODY = range(len(SETTINGS))
 

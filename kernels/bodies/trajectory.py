@@ -1,4 +1,7 @@
-"""One motion of a body sampled in time, with the path of the contact point; see `kernels.disk.trajectory`.
+"""One motion of a body sampled in time, with the path of the contact point on the plane.
+
+The thin disk is a torus without a tube. Heading, roll angle and path are integrals over the state, computed with fourth
+order by Simpson's rule over the three states of two half steps.
 
 This module contains the functions that all bodies share, and the functions for bodies without poles. For balls and
 spheroids, `kernels.bodies.poles.trajectory` replaces functions by others of the same names.
@@ -25,10 +28,12 @@ from kernels.disk.arrays import PRECESSION_RATE, ROLL_RATE, TILT, TILT_RATE
 from kernels.disk.endings import EDGE_CHANGE, FELL, HORIZON, UNRESOLVED
 from kernels.disk.equations import scaled_state
 from kernels.disk.rk4 import land_on_tilt, land_on_turning_point, step
-from kernels.disk.trajectory import _MOST_STEPS, _fall
 from kernels.jit import kernel, simd
 from kernels.lanes.binding import variant
 from kernels.native.entry import entry
+
+#: Number of steps after which a motion is abandoned.
+_MOST_STEPS = 100_000_000
 
 
 class Flow(NamedTuple):
@@ -63,7 +68,8 @@ class Forces(NamedTuple):
     momentum, gaining : float
         Vertical momentum about the contact point, and its rate of change.
     normal, across, along : float
-        See `kernels.disk.contact.contact_forces`.
+        Force of the plane on the body: vertical; horizontal across the track, towards (cos heading, sin heading), the
+        direction in which a positive tilt leans; horizontal along the track, towards (-sin heading, cos heading).
     """
 
     height: Any
@@ -160,8 +166,8 @@ def _turned(before, after):
 def _carry(place, before, middle, after, h, body):
     """Return heading, roll angle, contact point (over R) and momentum gained after a step of scaled length h.
 
-    As in `kernels.disk.trajectory._carry`. Near a pole, the rates are of the heading minus its `lean`, and of the
-    roll angle plus (near the other pole minus) the heading; both are regular there.
+    Near a pole, the rates are of the heading minus its `lean`, and of the roll angle plus (near the other pole minus)
+    the heading; both are regular there.
     """
     heading, angle, x, y, gained = place
     pole, sixth = pole_near(middle, body), h / 6.0
@@ -186,6 +192,24 @@ def _carry(place, before, middle, after, h, body):
         ),
         gained + sixth * (one.gaining + 4.0 * two.gaining + three.gaining),
     )  # fmt: skip
+
+
+@kernel
+def _fall(before, after, body, fall_tilt, h):
+    """Return whether fall_tilt was reached between two states, and the scaled time from the second one back to it."""
+    there, elapsed, fell = after, 0.0, not after[1] >= math.cos(fall_tilt)
+    if before[3] * after[3] < 0.0:
+        there, elapsed = land_on_turning_point(after, body, 2.0 * h)
+        beyond = abs(math.atan2(there[0], there[1])) - fall_tilt
+        fell = not beyond < 0.0
+        if fell:
+            # it turned back only beyond fall_tilt: go back to the passage
+            back = -math.sqrt(2.0 * beyond / abs(tilt_acceleration(there, body)))
+            there, elapsed = step(there, body, back), elapsed + back
+    if not fell:
+        return False, 0.0
+    _, more = land_on_tilt(there, body, math.copysign(fall_tilt, there[0]), 2.0 * h)
+    return True, elapsed + more
 
 
 @kernel
@@ -247,7 +271,9 @@ def _trajectory(start, settings, times, samples):
     Returns
     -------
     (ending, filled, last, steps)
-        As from `kernels.disk.trajectory.trajectory`; EDGE_CHANGE ends a motion too.
+        A code of `kernels.disk.endings`: HORIZON, FELL, EDGE_CHANGE or UNRESOLVED (not finite, or too many steps); the
+        number of columns written; the time [s] of the last column, which after a fall is the moment when fall_tilt
+        was reached; the number of steps.
     """
     kind, radius = settings[motion_row.BODY], start[row.RADIUS, 0]
     unit = math.sqrt(radius / start[row.GRAVITY, 0])

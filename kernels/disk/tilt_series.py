@@ -117,7 +117,7 @@ def expand_motion(series, constants):
 
 @kernel
 def expand_forces(series, constants, alpha):
-    """Expand the contact forces, as in `kernels.disk.contact.contact_forces`, but from w^2 and not from w."""
+    """Expand the contact forces, as in `kernels.bodies.trajectory.forces`, but from w^2 and not from w."""
     twice = 2.0 * constants[0]
     _multiply(series, _OF_FORCES, 0, TERMS)
     for k in range(TERMS):

@@ -36,7 +36,7 @@ def contact_forces(state, senses, inertia, losses):
     Returns
     -------
     (across, along, Forces)
-        Horizontal forces as in `kernels.disk.contact.contact_forces`, and the other forces.
+        Horizontal forces as in `kernels.bodies.trajectory.Forces`, and the other forces.
 
     Notes
     -----

@@ -119,7 +119,7 @@ def entries_and_sizes(body, contact, goes):
     entries = {
         "complete": complete,
         "reduce": reduce,
-        "body_trajectory": (poles if has_poles else trajectory).trajectory,
+        "trajectory": (poles if has_poles else trajectory).trajectory,
     }
     if not has_poles:
         entries["body_lossy_trajectory"] = lossy.trajectory

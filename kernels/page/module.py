@@ -1,7 +1,7 @@
 """The entry points of the module of a page: the disk, with and without losses."""
 
+from kernels.bodies.trajectory import trajectory
 from kernels.disk.contact_extremes import contact_extremes
-from kernels.disk.trajectory import derived, trajectory
 from kernels.lanes.binding import bind
 from kernels.lossy_disk.integrate import LANE_MODEL
 from kernels.lossy_disk.trajectory import trajectory as lossy_trajectory
@@ -24,7 +24,6 @@ ENTRIES = {
     "contact_extremes": contact_extremes,
     "paths": paths,
     "trajectory": trajectory,
-    "derived": derived,
     "lossy_trajectory": lossy_trajectory,
     "lossy_integrate": bind(_EVERY_LAW),
 }

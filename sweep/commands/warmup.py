@@ -2,10 +2,9 @@
 
 import multiprocessing
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from importlib import import_module
 from typing import TYPE_CHECKING
 
 from sweep import platforms
@@ -39,6 +38,7 @@ def warmup() -> None:
 def usual_tasks() -> "tuple[Tasks, list[Kernel]]":
     """Return tasks that compile the kernels of all methods, additions, presets and motions; and the runs' kernels."""
     from sweep.model import registry
+    from sweep.motion.tables import kind_of_model
     from sweep.request.spec import SweepSpec
     from sweep.request.spec_file import presets
     from sweep.runs.forecast import coarse
@@ -46,6 +46,7 @@ def usual_tasks() -> "tuple[Tasks, list[Kernel]]":
 
     tasks: dict[str, Callable[[], object]] = {}
     kernels: list[Kernel] = []
+    followed: list[str] = []
     for model in registry.every():
         # presets cover the other methods of bodies
         methods = model.methods_for(SweepSpec(model=model.name).words())
@@ -62,16 +63,17 @@ def usual_tasks() -> "tuple[Tasks, list[Kernel]]":
                 kernels += needed
                 tasks[f"{model.name} {name}"] = partial(run, spec)
         if model.motion:
-            tasks[f"{model.name} motion"] = partial(_compile_motion, model.name)
+            modules = [module for module in kind_of_model(model).kernels if module not in followed]
+            followed += modules
+            tasks[f"{model.name} motion"] = partial(_compile_motions, modules)
     return tasks, kernels
 
 
-def _compile_motion(model: str) -> None:
-    from sweep.model import registry
-    from sweep.motion.tables import kind_of_model
+def _compile_motions(modules: Sequence[str]) -> None:
+    from sweep.model.kernel import Kernel
 
-    for kernel in import_module(kind_of_model(registry.named(model)).path).KERNELS:
-        kernel.make_ready()
+    for module in modules:
+        Kernel(module, "trajectory").make_ready()
 
 
 def perform(tasks: Tasks) -> Iterator[tuple[str, float]]:

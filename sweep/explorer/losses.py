@@ -15,8 +15,7 @@ from sweep.model.lossy_disk.tables import (
     UNKNOWN,
     UNLIMITED,
 )
-from sweep.motion.lossy_body_tables import LOSSY_BODY_MOTION
-from sweep.motion.tables import LOSSY_MOTION
+from sweep.motion.lossy_tables import LOSSY_BODY_MOTION, LOSSY_MOTION
 from sweep.request.spec import SweepSpec
 
 #: Air at room temperature: viscosity [Pa s], density [kg/m3].

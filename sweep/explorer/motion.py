@@ -11,8 +11,8 @@ from sweep.explorer.body import is_body
 from sweep.explorer.losses import has_losses, loss_words
 from sweep.model.disk.model import DISK
 from sweep.model.lossy_disk.tables import NO_AIR
-from sweep.motion.lossy_body_tables import LOSSY_BODY_MOTION
-from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION, kind_of_model
+from sweep.motion.lossy_tables import LOSSY_BODY_MOTION, LOSSY_MOTION
+from sweep.motion.tables import DISK_MOTION, kind_of_model
 from sweep.request.body import check_body_named
 from sweep.request.spec import SweepSpec
 

@@ -28,9 +28,8 @@ from sweep.model.quantity import (
     Quantity,
 )
 from sweep.model.system.model import SystemModel
-from sweep.motion.body_tables import BODY_MOTION
-from sweep.motion.lossy_body_tables import LOSSY_BODY_MOTION
-from sweep.motion.tables import DISK_MOTION, LAWS, LOSSY_MOTION, TRAJECTORY, MotionKind
+from sweep.motion.lossy_tables import LAWS, LOSSY_BODY_MOTION, LOSSY_MOTION
+from sweep.motion.tables import BODY_MOTION, DISK_MOTION, TRAJECTORY, MotionKind
 from sweep.request.criterion import ROUNDING
 from sweep.request.criterion_kinds import LOST_TIME, REACH
 from sweep.request.expression import Comparison, Expression, Not, Number, Term, variables

@@ -18,8 +18,7 @@ from sweep.explorer.view import View
 from sweep.explorer.waiting import KERNELS
 from sweep.model.description import Columns
 from sweep.model.quantity import Array, Quantity
-from sweep.motion.lossy_body_tables import LOSSY_BODY_MOTION
-from sweep.motion.tables import LOSSY_MOTION
+from sweep.motion.lossy_tables import LOSSY_BODY_MOTION, LOSSY_MOTION
 from sweep.request.sources import Values
 from sweep.request.spec import SweepSpec
 

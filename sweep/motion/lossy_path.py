@@ -1,7 +1,4 @@
-"""Integration of one motion with losses, with samples that get closer towards its end.
-
-For the disk, and for other bodies except their stated errors (`sweep.motion.lossy_body_path`).
-"""
+"""Integration of one motion with losses, with samples that get closer towards its end, and its stated errors."""
 
 import math
 from dataclasses import dataclass
@@ -17,15 +14,14 @@ from kernels.lossy_disk.endings import FLAT, HORIZON, REST, SLIP, UNRESOLVED
 from sweep.errors import NoMotionError
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
+from sweep.motion.free_path import check_edge
+from sweep.motion.lossy_tables import HELD_ROLL, HELD_TILT, LOSSY_ERRORS
 from sweep.motion.request import MotionRequest
-from sweep.motion.stated_errors import unresolved
-from sweep.motion.tables import HELD_ROLL, HELD_TILT, LOSSY_MOTION
+from sweep.motion.stated_errors import Found, in_si, settled, unresolved
 from sweep.request.words import AUTOMATIC
 
-_TRAJECTORY = Kernel(LOSSY_MOTION.kernels, "trajectory", seconds=3.0)
-
-#: The kernels that `follow` calls.
-KERNELS = (_TRAJECTORY,)
+_DISK = Kernel("kernels.lossy_disk.trajectory", "trajectory", seconds=3.0)
+_BODY = Kernel("kernels.lossy_bodies.trajectory", "trajectory", seconds=12.0)
 
 #: Largest imbalance of the energy over m g R with an automatic step; above it, the motion is integrated again with half
 #: the step, which divides the imbalance by sixteen.
@@ -86,13 +82,38 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
     RequestError
         If the motion is too fast to be resolved, or ends where it begins.
     """
-    found = sampled(spec, start, _TRAJECTORY)
-    return found.times, variables(spec, start, found)
+    check_edge(spec)
+    motion = _sample(spec, start)
+    if motion.end == 0.0:
+        # a body at rest needs no further integration
+        zeros = dict.fromkeys(LOSSY_ERRORS, np.zeros(motion.times.size, np.float32))
+        return motion.times, _variables(spec, start, motion) | zeros
+    motion, errors = _with_errors(spec, start, motion)
+    return motion.times, _variables(spec, start, motion) | errors
 
 
-def sampled(spec: MotionRequest, start: Array, kernel: Kernel) -> Sampled:
-    """Integrate one start with a kernel, with samples close enough to draw a curve through; raises as `follow`."""
-    found = _integrate(spec, start, spec.times, kernel)
+def _with_errors(
+    spec: MotionRequest, start: Array, rough: Sampled
+) -> tuple[Sampled, dict[str, npt.NDArray[Any]]]:
+    """Return a motion at the same times with shorter steps, and its errors from two steps."""
+    times = _later(rough.times, rough.ending)
+
+    def again(refinement: int) -> Found | None:
+        ending, moments, samples = _once(spec, start, times, rough.refinement + refinement)
+        return None if ending == UNRESOLVED else Found(arrays.SAMPLES, moments, samples, ending)
+
+    settled_motion, errors = settled(spec, again, (*arrays.LOSSES, "energy"))
+    settled_motion.samples[: len(STATE), 0] = start[: len(STATE)]
+    ending, times = settled_motion.ending, settled_motion.times
+    end = math.nan if ending == HORIZON else float(times[-1])
+    mass = float(start[list(spec.kind.model.parameters).index("mass")])
+    motion = Sampled(times, settled_motion.samples, ending, end, rough.refinement)
+    return motion, in_si(spec, errors, mass)
+
+
+def _sample(spec: MotionRequest, start: Array) -> Sampled:
+    """Integrate one start, with samples close enough to draw a curve through; raises as `follow`."""
+    found = _integrate(spec, start, spec.times)
     if found.times[-1] == 0.0:
         _check_at_rest(spec, found.ending)
         # a disk that friction holds from its start is shown at rest for the duration
@@ -102,7 +123,7 @@ def sampled(spec: MotionRequest, start: Array, kernel: Kernel) -> Sampled:
         wanted = _wanted_samples(found)
         if wanted.max(initial=0.0) <= _ENOUGH:
             break
-        found = _integrate(spec, start, _closer_times(found, wanted), kernel)
+        found = _integrate(spec, start, _closer_times(found, wanted))
     # if dry friction lets go at the start, the kernels begin slightly past it
     found.samples[: len(STATE), 0] = start[: len(STATE)]
     return found
@@ -120,24 +141,22 @@ def _check_at_rest(spec: MotionRequest, ending: int) -> None:
         )
 
 
-def once(
-    spec: MotionRequest, start: Array, times: Array, kernel: Kernel, refinement: int
-) -> tuple[int, Array, Array]:
+def _once(spec: MotionRequest, start: Array, times: Array, refinement: int) -> tuple[int, Array, Array]:
     """Integrate one start with a step halved `refinement` times; return ending, times and samples."""
     samples = np.empty((len(arrays.SAMPLES), times.size))
     step = 0.0 if isinstance(spec.step, str) else spec.step / 2**refinement
     law: int = spec.kind.words["air_law"].choices.index(spec.air_law)
-    settings = [step, _RELATIVE_STEP / 2**refinement, spec.flat_tilt, law]
+    settings, kernel = [step, _RELATIVE_STEP / 2**refinement, spec.flat_tilt, law], _DISK
     if "body" in spec.kind.words:
-        settings.append(shapes.NAMES.index(spec.body))
+        settings, kernel = [*settings, shapes.NAMES.index(spec.body)], _BODY
     ending, filled, last, _ = kernel.load()(start[:, np.newaxis].copy(), np.array(settings), times, samples)
     return int(ending), np.append(times[: filled - 1], last), samples[:, :filled]
 
 
-def _integrate(spec: MotionRequest, start: Array, times: Array, kernel: Kernel) -> Sampled:
+def _integrate(spec: MotionRequest, start: Array, times: Array) -> Sampled:
     """Integrate one start with a step that balances the energy."""
     for refinement in range(_MOST_REFINEMENTS + 1):
-        ending, moments, samples = once(spec, start, times, kernel, refinement)
+        ending, moments, samples = _once(spec, start, times, refinement)
         if ending == UNRESOLVED:
             continue
         imbalance = np.abs(_imbalance(samples)).max()
@@ -167,10 +186,10 @@ def _closer_times(found: Sampled, wanted: Array) -> Array:
     total = np.concatenate([[0.0], np.cumsum(wanted)])
     count = math.ceil(min(total[-1], _MOST_SAMPLES))
     times = np.interp(np.linspace(0.0, total[-1], count + 1), total, found.times)
-    return later(times, found.ending)
+    return _later(times, found.ending)
 
 
-def later(times: Array, ending: int) -> Array:
+def _later(times: Array, ending: int) -> Array:
     """Return times of samples with the last one moved past the end, because another step finds another end time."""
     moved = times.copy()
     if ending != HORIZON:
@@ -187,8 +206,8 @@ def _imbalance(samples: Array) -> Array:
     return np.asarray(kept - kept[0])
 
 
-def variables(spec: MotionRequest, start: Array, found: Sampled) -> dict[str, npt.NDArray[Any]]:
-    """Return the variables of the file for the disk, or for a body without its stated errors."""
+def _variables(spec: MotionRequest, start: Array, found: Sampled) -> dict[str, npt.NDArray[Any]]:
+    """Return the variables of the file without the stated errors."""
     samples, parameters = found.samples, dict(zip(spec.kind.model.parameters, start.tolist(), strict=True))
     values = dict(zip(arrays.SAMPLES, samples, strict=True))
     weight = parameters["mass"] * parameters["gravity"]

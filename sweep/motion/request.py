@@ -21,9 +21,8 @@ from sweep.model.bodies.model import BODIES
 from sweep.model.description import Model
 from sweep.model.disk.model import DISK
 from sweep.model.quantity import Array, Input, Word
-from sweep.motion.body_tables import BODY_MOTION
-from sweep.motion.lossy_body_tables import LOSSY_BODY_MOTION
-from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION, MotionKind, kind_of_model
+from sweep.motion.lossy_tables import LOSSY_BODY_MOTION, LOSSY_MOTION
+from sweep.motion.tables import BODY_MOTION, DISK_MOTION, MotionKind, kind_of_model
 from sweep.request.body import check_body_named, without_thin_body
 from sweep.request.substitutes import resolved
 from sweep.request.suggestions import unknown_word

@@ -8,8 +8,9 @@ import numpy as np
 
 from sweep.errors import RequestError
 from sweep.model import registry
+from sweep.motion.lossy_tables import LAWS
 from sweep.motion.request import MotionRequest, motions_of
-from sweep.motion.tables import LAWS, TIME, MotionKind
+from sweep.motion.tables import TIME, MotionKind
 from sweep.request.words import AUTOMATIC
 
 if TYPE_CHECKING:
@@ -31,14 +32,14 @@ def is_motion(dataset: "xr.Dataset") -> bool:
 
 
 def kind_of(dataset: "xr.Dataset") -> MotionKind:
-    """Return the kind of a motion, from its model; a file that names no model has the disk without losses.
+    """Return the kind of a motion, from its model.
 
     Raises
     ------
     RequestError
         If its system cannot be read.
     """
-    name = str(dataset.attrs.get("model", registry.DEFAULT))
+    name = str(dataset.attrs.get("model", ""))
     return motions_of(name) if name in registry.names() else request_of(dataset).kind
 
 

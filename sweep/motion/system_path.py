@@ -11,19 +11,17 @@ import numpy.typing as npt
 
 from kernels.system.endings import DIFFERENT, FAILURES, FIRST_EVENT, RUNS_ON, UNRESOLVED
 from sweep.errors import NoMotionError
-from sweep.model.kernel import Kernel
-from sweep.model.quantity import ERROR_GAUGE, Array, Quantity, Tolerance, Word, table
+from sweep.model.quantity import ERROR_GAUGE, Array, Quantity, Tolerance, table
 from sweep.model.system import tables
 from sweep.model.system.definition import Definition
 from sweep.model.system.model import SystemModel
 from sweep.model.system.passes import PASSES, Passes
 from sweep.model.system.spelling import spelled
 from sweep.motion.request import MotionRequest
-from sweep.motion.tables import MOTION_INPUTS, TIME, MotionKind
+from sweep.motion.tables import MOTION_INPUTS, TIME, TITLE, MotionKind
 from sweep.request.words import AUTOMATIC
 
-#: Systems have no kernel in common.
-KERNELS: tuple[Kernel, ...] = ()
+_KERNELS = "kernels.system.path"
 
 #: With interval=auto: number of samples per step of the last pass, and the largest number of samples. With the default
 #: tolerance a step covers about 0.6 rad of a circle, so samples are about 0.12 rad apart.
@@ -43,10 +41,7 @@ def motion_of_system(model: SystemModel) -> MotionKind:
     return MotionKind(
         model=model,
         inputs=table(*model.parameters.values(), *model.settings.values(), interval),
-        words=table(
-            Word("title", "title of the motion, in one line", ""),
-            Word("method", "how the motion is integrated", "taylor", ("taylor",)),
-        ),
+        words=table(TITLE),
         variables=_variables(definition, model),
         fixed=tuple(parameter.name for parameter in definition.parameters),
         largest_tilt="",
@@ -55,8 +50,9 @@ def motion_of_system(model: SystemModel) -> MotionKind:
         headline=f"Motion: {definition.title}" if definition.title else f"Motion of the system {model.name}",
         summary=f"One motion of the system {title}: its states and measures in time, each with its stated error.",
         path=__name__,
-        kernels="kernels.system.path",
+        kernels=(_KERNELS,),
         figure="sweep.figures.system_motion:figure",
+        method="taylor",
         peaks=(),
         results=(
             *(measure.name for measure in definition.measures),
@@ -134,7 +130,7 @@ def _integrate(spec: MotionRequest, start: Array, times: Array) -> dict[str, npt
     model = spec.kind.model
     kernel = replace(
         model.integrate,
-        module=spec.kind.kernels,
+        module=_KERNELS,
         seconds=4.0,
         told=f"motions of the system {model.name}",
     )

@@ -1,4 +1,4 @@
-"""Kinds of motions, with their words and variables; the kinds for the disk without and with losses.
+"""Kinds of motions, with their words and variables; the kinds for the disk and other bodies without losses.
 
 A model names its kind of motions in `Model.motion`; `kind_of_model` returns it.
 """
@@ -9,18 +9,17 @@ from functools import lru_cache
 from importlib import import_module
 from typing import Any
 
-from kernels.disk.endings import FELL, HORIZON
-from kernels.lossy_disk import endings as code
-from kernels.lossy_disk.arrays import LOSSES
+from kernels.disk.endings import EDGE_CHANGE, FELL, HORIZON
+from sweep.model.bodies.model import BODIES
+from sweep.model.bodies.shape import has_poles
 from sweep.model.description import Model
 from sweep.model.disk.model import DISK
-from sweep.model.disk.tables import PARAMETERS, SETTINGS, VARIABLES
-from sweep.model.lossy_disk import tables as lossy
-from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.model.quantity import (
     DECISION,
+    DURATION,
     ERROR_GAUGE,
     GRID,
+    STEP,
     Input,
     Quantity,
     Tolerance,
@@ -59,9 +58,11 @@ class MotionKind:
     summary : str
         The summary in the attributes of the file.
     path : str
-        The module whose ``follow`` integrates a motion; its ``KERNELS`` are the kernels that every motion needs.
-    kernels : str
-        The module of the compiled functions that integrate it.
+        The module whose ``follow`` integrates a motion.
+    kernels : tuple of str
+        The modules of the compiled functions that integrate it.
+    method : str
+        The method of integration.
     figure : str
         ``module:function`` that draws one motion.
     peaks, results : tuple of str
@@ -94,8 +95,9 @@ class MotionKind:
     headline: str
     summary: str
     path: str
-    kernels: str
+    kernels: tuple[str, ...]
     figure: str
+    method: str = "rk4"
     peaks: tuple[str, ...] = ("tilt",)
     results: tuple[str, ...] = ()
     stops: bool = False
@@ -126,195 +128,159 @@ def kind_of_model(model: Model) -> MotionKind:
     return kind
 
 
-#: The methods of integration: by the kernels, and by SciPy for comparison.
-MOTION_METHODS = ("rk4", "dop853")
-
 ROLLS, SLIPS, LIFTS = 0, 1, 2
 
-_EXACT = VARIABLES["ending"].tolerance
-_STATE = Tolerance(1e-8, 1e-8, "the report's motions agree with an integrator of order 8 to this accuracy")
-_FORCE = Tolerance(1e-6, 1e-6, "forces depend on the squares of rates and a second derivative")
+#: Words of the requests for motions of the disk and other bodies; models of bodies add `SHAPE_WORDS`.
+TITLE = Word("title", "title of the motion, in one line", "")
+SHAPE_WORDS = ("body", "filling")
 
-
-#: The words of a request for one motion whose values are numbers.
+#: The words of a request for one motion whose values are numbers, besides the parameters of its model.
 MOTION_INPUTS: Mapping[str, Input] = table(
-    *PARAMETERS.values(),
-    Input("mass", "m", "kg", "mass of the disk", GRID, default=1.0, rule="mass > 0", allows=positive),
+    Input("mass", "m", "kg", "mass", GRID, default=1.0, rule="mass > 0", allows=positive),
     Input(
-        "friction", r"\mu", "1", "friction coefficient of disk and plane", GRID,
+        "friction", r"\mu", "1", "friction coefficient of the contact", GRID,
         default=0.5, rule="friction > 0", allows=positive,
     ),
-    replace(SETTINGS["duration"], long_name="time simulated", default=10.0),
+    replace(DURATION, long_name="time simulated", default=10.0),
     Input(
         "interval", r"\Delta t", "s", "longest time between samples", GRID,
         default="auto", rule="interval > 0, or auto", allows=positive, words=("auto",),
     ),
-    replace(SETTINGS["step"], long_name="longest time step"),
-    SETTINGS["fall_tilt"],
+    replace(STEP, long_name="longest time step"),
 )  # fmt: skip
 
-MOTION_WORDS: Mapping[str, Word] = table(
-    Word("title", "title of the motion, in one line", ""),
-    Word("method", "how the motion is integrated", MOTION_METHODS[0], MOTION_METHODS),
-)
+#: Stated error -> its unit, its description, and the variables that have it.
+ERRORS: Mapping[str, tuple[str, str, tuple[str, ...]]] = {
+    "orientation_error": (
+        "rad", "stated error of the orientation, as an angle", ("tilt", "heading", "roll_angle", "inclination"),
+    ),
+    "path_error": (
+        "m", "stated error of contact point and centre of mass, as a distance",
+        ("contact_x", "contact_y", "centre_x", "centre_y", "centre_z"),
+    ),
+    "rate_error": (
+        "rad s-1", "stated error of the angular velocity", ("tilt_rate", "precession_rate", "roll_rate"),
+    ),
+    "force_error": (
+        "N", "stated error of the contact force", ("normal_force", "friction_across", "friction_along"),
+    ),
+}  # fmt: skip
+
+
+def stated(rows: Mapping[str, tuple[str, str, tuple[str, ...]]]) -> dict[str, Tolerance]:
+    """Return the tolerance of each variable that has a stated error."""
+    why = "each value is within its stated error"
+    return {name: Tolerance(1e-9, 1e-9, why, error) for error, row in rows.items() for name in row[2]}
+
+
+def error_rows(rows: Mapping[str, tuple[str, str, tuple[str, ...]]]) -> tuple[Quantity, ...]:
+    """Return the variables of stated errors."""
+    origin = "from the largest difference so far of two integrations with different steps"
+    return tuple(
+        Quantity(name, "", units, words, ERROR_GAUGE, origin, "f4")
+        for name, (units, words, _) in rows.items()
+    )
+
+
+_WITHIN = stated(ERRORS)
+_STATE = Tolerance(1e-8, 1e-8, "motions agree with an integrator of order 8 to this accuracy")
+_FORCE = Tolerance(1e-6, 1e-6, "forces depend on the squares of rates and a second derivative")
 
 # fmt: off
 #: The variables of the file of one motion; all but the last two have the dimension elapsed_time.
 TRAJECTORY: Mapping[str, Quantity] = table(
-    Quantity("tilt", r"\theta", "rad", "tilt of the plane of the disk from the vertical", _STATE,
+    Quantity("tilt", r"\theta", "rad", "tilt of the axis of the body from the horizontal", _WITHIN["tilt"],
              "0 = upright; positive towards (cos heading, sin heading)"),
-    Quantity("tilt_rate", r"\dot\theta", "rad s-1", "rate of the tilt", _STATE),
-    Quantity("precession_rate", r"\dot\psi", "rad s-1", "rate of the heading about the vertical", _STATE),
-    Quantity("roll_rate", r"\dot\phi", "rad s-1", "rate of roll about the axis of the disk, in the precessing frame",
-             _STATE),
-    Quantity("heading", r"\psi", "rad", "heading, continuous from 0", _STATE,
-             "the disk rolls towards (-sin heading, cos heading) while its roll rate is positive"),
-    Quantity("roll_angle", r"\phi", "rad", "roll angle about the axis of the disk, continuous from 0", _STATE),
-    Quantity("contact_x", "", "m", "x of the contact point on the plane", _STATE),
-    Quantity("contact_y", "", "m", "y of the contact point on the plane", _STATE),
-    Quantity("centre_x", "x_c", "m", "x of the centre of mass", _STATE),
-    Quantity("centre_y", "y_c", "m", "y of the centre of mass", _STATE),
-    Quantity("centre_z", "z_c", "m", "height of the centre of mass over the plane", _STATE),
+    Quantity("tilt_rate", r"\dot\theta", "rad s-1", "rate of the tilt", _WITHIN["tilt_rate"]),
+    Quantity("precession_rate", r"\dot\psi", "rad s-1", "rate of the heading about the vertical",
+             _WITHIN["precession_rate"]),
+    Quantity("roll_rate", r"\dot\phi", "rad s-1", "rate of roll about the axis of the body, in the precessing frame",
+             _WITHIN["roll_rate"]),
+    Quantity("heading", r"\psi", "rad", "heading, continuous from 0", _WITHIN["heading"],
+             "the body rolls towards (-sin heading, cos heading) while its roll rate is positive; next to a pole it "
+             "jumps by half a turn, and its error is orientation_error over cos(tilt); if the body passes a pole "
+             "within that error, the heading may have turned the other way"),
+    Quantity("roll_angle", r"\phi", "rad", "roll angle about the axis of the body, continuous from 0",
+             _WITHIN["roll_angle"]),
+    Quantity("contact_x", "", "m", "x of the contact point on the plane", _WITHIN["contact_x"]),
+    Quantity("contact_y", "", "m", "y of the contact point on the plane", _WITHIN["contact_y"]),
+    Quantity("centre_x", "x_c", "m", "x of the centre of mass", _WITHIN["centre_x"]),
+    Quantity("centre_y", "y_c", "m", "y of the centre of mass", _WITHIN["centre_y"]),
+    Quantity("centre_z", "z_c", "m", "height of the centre of mass over the plane", _WITHIN["centre_z"]),
     Quantity("energy", "E", "J", "energy, kinetic and potential", _STATE),
     Quantity("energy_drift", r"\Delta E/E", "1", "relative change of the energy since the start", ERROR_GAUGE,
              "the exact motion conserves energy, so this is an error of the integration"),
     Quantity("vertical_momentum", r"H\cdot e_3", "kg m2 s-1",
              "vertical angular momentum about the contact point", _STATE,
              "not conserved: the contact point does not move parallel to the velocity of the centre"),
-    Quantity("vertical_momentum_rate", r"m R^2 \dot\phi\,\dot\theta\cos\theta", "kg m2 s-2",
+    Quantity("vertical_momentum_rate", "", "kg m2 s-2",
              "right-hand side of the balance law of the vertical momentum", _STATE,
-             "mass radius^2 roll_rate tilt_rate cos(tilt)"),
+             "mass times tilt_rate times (height of the centre of mass times the speed of the contact point along the "
+             "track, minus radius of curvature times the speed of the centre of mass); for a thin disk mass radius^2 "
+             "roll_rate tilt_rate cos(tilt)"),
     Quantity("vertical_momentum_residual", r"\delta H", "kg m2 s-1",
              "change of the vertical momentum minus the integral of its rate", ERROR_GAUGE,
              "zero for the exact motion: a check of the balance law"),
-    Quantity("normal_force", "N", "N", "normal force of the plane on the disk", _FORCE),
-    Quantity("friction_across", r"\lambda_1", "N", "horizontal force across the track", _FORCE,
+    Quantity("normal_force", "N", "N", "normal force of the plane on the body", _WITHIN["normal_force"]),
+    Quantity("friction_across", r"\lambda_1", "N", "horizontal force across the track", _WITHIN["friction_across"],
              "towards (cos heading, sin heading); multiplier of the first constraint"),
-    Quantity("friction_along", r"\lambda_2", "N", "horizontal force along the track", _FORCE,
+    Quantity("friction_along", r"\lambda_2", "N", "horizontal force along the track", _WITHIN["friction_along"],
              "towards (-sin heading, cos heading); multiplier of the second constraint"),
     Quantity("friction_needed", r"\mu", "1", "friction coefficient needed to roll without slipping", _FORCE,
              "horizontal over normal force; missing where the normal force is not positive"),
-    Quantity("contact", "", "1", "whether rolling without slipping is possible", _EXACT,
+    Quantity("contact", "", "1", "whether rolling without slipping is possible", DECISION,
              "the computed motion never slips; slips: it would need more than the friction coefficient; lifts_off: the "
              "plane would have to pull",
              "i1", {ROLLS: "rolls", SLIPS: "slips", LIFTS: "lifts_off"}),
-    Quantity("ending", "", "1", "how the integration ended", _EXACT,
-             "horizon: the duration was over; fell: the tilt reached fall_tilt",
-             "i1", {HORIZON: "horizon", FELL: "fell"}),
-    VARIABLES["fall_time"],
-)
-# fmt: on
-
-DISK_MOTION = MotionKind(
-    model=DISK,
-    inputs=MOTION_INPUTS,
-    words=MOTION_WORDS,
-    variables=TRAJECTORY,
-    # a new parameter of the disk is also a coordinate of the file
-    fixed=(*(name for name in PARAMETERS if name not in TRAJECTORY), "mass", "friction"),
-    largest_tilt="fall_tilt",
-    ending_time="fall_time",
-    endings={"fell": "fell"},
-    headline="Motion of a rolling disk",
-    summary="One motion of a thin rigid disk that rolls without slipping on a horizontal plane: tilt and rates, path "
-    "of the contact point, energy, vertical angular momentum with its balance law, and contact forces.",
-    path="sweep.motion.disk_path",
-    kernels="kernels.disk.trajectory",
-    figure="sweep.figures.disk.motion_plots:figure",
-)
-
-
-_LOSSY_STATE = Tolerance(
-    1e-6, 1e-6, "a motion of a thousand turns keeps its energy to 1e-8, but its phase less well"
-)
-
-#: Bits of the variable held.
-HELD_ROLL, HELD_TURN, HELD_TILT = 1, 2, 4
-
-#: Loss -> the parameter that it is proportional to, and its unit.
-COEFFICIENTS: Mapping[str, tuple[str, str]] = {
-    "rolling_loss": ("rolling_friction", "m"),
-    "pivoting_loss": ("pivoting_friction", "m"),
-    "contour_loss": ("contour_friction", "m"),
-    "damping_loss": ("contour_damping", "N m s"),
-}
-
-#: Loss -> its cause, as part of a sentence.
-LAWS: Mapping[str, str] = {
-    "rolling_loss": "rolling friction",
-    "pivoting_loss": "pivoting friction",
-    "contour_loss": "contour friction",
-    "damping_loss": "viscous contour friction",
-    "air_loss": "the drag of air",
-}
-assert tuple(LAWS) == LOSSES
-
-#: The words of a request for one motion whose values are numbers.
-LOSSY_INPUTS: Mapping[str, Input] = table(
-    *lossy.PARAMETERS.values(),
-    replace(lossy.SETTINGS["duration"], long_name="longest time simulated: the motion may end earlier"),
-    MOTION_INPUTS["interval"],
-    replace(lossy.SETTINGS["step"], long_name="longest time step"),
-    lossy.SETTINGS["flat_tilt"],
-)
-
-LOSSY_WORDS: Mapping[str, Word] = table(
-    Word("title", "title of the motion, in one line", ""),
-    Word("method", "how the motion is integrated", MOTION_METHODS[0], MOTION_METHODS[:1]),
-    lossy.OPTIONS["air_law"],
-)
-
-#: Variables with the same meaning as without losses; phases are less accurate after many turns.
-_SAME = (
-    "tilt", "tilt_rate", "precession_rate", "roll_rate", "heading", "roll_angle", "contact_x", "contact_y",
-    "centre_x", "centre_y", "centre_z", "energy",
-)  # fmt: skip
-_FORCES = ("normal_force", "friction_across", "friction_along", "friction_needed")
-
-
-def _loss(name: str) -> Quantity:
-    return Quantity(
-        name, f"W_{{{name[:4]}}}", "J", f"energy that {LAWS[name]} has taken since the start", _LOSSY_STATE
-    )
-
-
-# fmt: off
-LOSSY_TRAJECTORY: Mapping[str, Quantity] = table(
-    *(replace(TRAJECTORY[name], tolerance=_LOSSY_STATE) for name in _SAME),
-    Quantity("inclination", "a", "rad", "angle between the disk and the plane", _LOSSY_STATE,
-             "90 deg - |tilt|: 0 = flat"),
-    *map(_loss, LOSSES),
-    Quantity("energy_imbalance", r"\delta E", "1", "change of energy plus losses since the start, over m g R",
-             ERROR_GAUGE, "0 for the exact motion, so this is an error of the integration"),
-    *(TRAJECTORY[name] for name in _FORCES),
-    Quantity("held", "", "1", "rates that dry friction holds at 0", DECISION,
-             "sum of 1: contour friction holds the roll rate at the rim; 2: pivoting friction holds the rotation about "
-             "the vertical; 4: rolling friction holds tilt and roll; 0: dry friction holds nothing", "i1"),
+    *error_rows(ERRORS),
     Quantity("ending", "", "1", "how the motion ended", DECISION,
-             "flat: the tilt reached flat_tilt; rest: held by dry friction, forever; horizon: the duration was over; "
-             "lift_off: the normal force vanished; slip: rolling needed more than the friction coefficient", "i1",
-             {code.FLAT: "flat", code.REST: "rest", code.HORIZON: "horizon", code.LIFT_OFF: "lift_off",
-              code.SLIP: "slip"}),
-    Quantity("end_time", "t_f", "s", "time until the motion ended", _LOSSY_STATE,
+             "horizon: the duration was over; fell: the tilt reached fall_tilt; edge_change: the tilt reached 0, where "
+             "the other edge of a disk with a rim hits the plane",
+             "i1", {HORIZON: "horizon", FELL: "fell", EDGE_CHANGE: "edge_change"}),
+    Quantity("end_time", "t_f", "s", "time until the motion ended", _STATE,
              "missing where the duration was over first: ending is horizon"),
 )
 # fmt: on
 
-LOSSY_MOTION = MotionKind(
-    model=LOSSY_DISK,
-    inputs=LOSSY_INPUTS,
-    words=LOSSY_WORDS,
-    variables=LOSSY_TRAJECTORY,
-    fixed=(*(name for name in lossy.PARAMETERS if name not in TRAJECTORY),),
-    largest_tilt="flat_tilt",
-    ending_time="end_time",
-    endings={"flat": "flat", "rest": "came to rest", "lift off": "lifted off", "slip": "slipped"},
-    headline="Motion of a disk that loses energy",
-    summary="One motion of a thin rigid disk that rolls without slipping on a horizontal plane and loses energy to "
-    "friction and air: tilt and rates, path of the contact point, energy, the energy that each law has taken, and "
-    "contact forces.",
-    path="sweep.motion.lossy_path",
-    kernels="kernels.lossy_disk.trajectory",
-    figure="sweep.figures.disk.stopping_plots:figure",
-    stops=True,
+
+def _kind(model: Model, **more: Any) -> MotionKind:
+    """Return the kind of the motions of a model without losses; `more` are further attributes."""
+    options = [option for name, option in model.options.items() if name in SHAPE_WORDS]
+    return MotionKind(
+        model=model,
+        inputs=table(*model.parameters.values(), *MOTION_INPUTS.values(), model.settings["fall_tilt"]),
+        words=table(TITLE, *options),
+        variables=TRAJECTORY,
+        # a new parameter of the model is also a coordinate of the file
+        fixed=(*(name for name in model.parameters if name not in TRAJECTORY), "mass", "friction"),
+        largest_tilt="fall_tilt",
+        ending_time="end_time",
+        endings={"fell": "fell", "edge change": "came down on its other edge"},
+        path="sweep.motion.free_path",
+        figure="sweep.figures.disk.motion_plots:figure",
+        sample_size=250,
+        **more,
+    )
+
+
+_TELLS = (
+    "that rolls without slipping on a horizontal plane: tilt and rates, path of contact point and centre of mass, "
+    "energy, vertical angular momentum with its balance law, and contact forces, with stated errors."
+)
+
+DISK_MOTION = _kind(
+    DISK,
+    kernels=("kernels.bodies.trajectory",),
+    headline="Motion of a rolling disk",
+    summary=f"One motion of a thin rigid disk {_TELLS}",
+)
+
+BODY_MOTION = _kind(
+    BODIES,
+    kernels=("kernels.bodies.trajectory", "kernels.bodies.poles.trajectory"),
+    headline="Motion of a body of revolution",
+    summary=f"One motion of a body of revolution {_TELLS}",
+    keywords="rolling body of revolution, torus, coin, nonholonomic dynamics, trajectory, contact forces",
+    called="body",
+    rolls_on=lambda body: has_poles(body.body),
 )

@@ -23,7 +23,7 @@ from sweep.model.kernel import code_hash
 from sweep.model.quantity import FILL, Array, Quantity
 from sweep.motion.origin import request_of_preset
 from sweep.motion.request import MotionRequest, TrajectorySpec, start_of
-from sweep.motion.tables import DISK_MOTION, MotionKind
+from sweep.motion.tables import MotionKind
 from sweep.version import __version__
 
 if TYPE_CHECKING:
@@ -129,26 +129,22 @@ def _variable(
 def _attributes(spec: MotionRequest, command: str) -> dict[str, Any]:
     now = created()
     kind = spec.kind
-    # a file without the name of a model is one of the disk without losses
-    model = {} if kind is DISK_MOTION else {"model": kind.model.name}
     return {
         "Conventions": CONVENTIONS,
         "title": ascii_text(spec.title or kind.headline),
         "summary": kind.summary,
         "keywords": kind.keywords,
         "references": kind.model.words.references,
-        "source": f"eulerdisk {__version__}, method {spec.method}",
+        "source": f"eulerdisk {__version__}, method {kind.method}",
         "software": SOFTWARE,
         "license": LICENSE,
         "citation": CITATION,
         "history": ascii_text(f"{now} {command}"),
         "date_created": now,
         "eulerdisk_trajectory_format": np.int32(FORMAT),
-        **model,
+        "model": kind.model.name,
         "trajectory_request": spec.canonical(),
-        "method": spec.method,
-        "kernel_hash": code_hash(
-            {kind.kernels, *(kernel.module for kernel in import_module(kind.path).KERNELS)}
-        ),
+        "method": kind.method,
+        "kernel_hash": code_hash(kind.kernels),
         "versions": versions(_PACKAGES),
     }

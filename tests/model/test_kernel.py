@@ -148,7 +148,7 @@ EDITS = [
     ("kernels/lanes/schedule.py", "", "_MORE = 1\n", RK4),
     ("kernels/native/function.py", '"contract"', '"contract", "reassoc"', ALL),
     ("kernels/reduction/turning.py", "", "_MORE = 1\n", ["exact"]),
-    ("kernels/disk/contact.py", "", "_MORE = 1\n", []),
+    ("kernels/bodies/trajectory.py", "", "_MORE = 1\n", []),
     ("kernels/disk/contact_extremes.py", "", "_MORE = 1\n", ["contact"]),
     ("kernels/disk/equations.py", "", "# a remark\n", []),
     ("kernels/lanes/schedule.py", '"""', '"""In other words: ', []),
@@ -299,7 +299,7 @@ def test_the_cache_folder_is_named_after_all_that_matters(tmp_path, monkeypatch)
     assert folder.parent == tmp_path
     assert folder.name.startswith(code_hash([INTEGRATE])[:16])
     assert f"numba{numba.__version__}-llvmlite" in folder.name
-    assert cache_folder(["kernels.disk.contact"]) != folder
+    assert cache_folder(["kernels.bodies.trajectory"]) != folder
     monkeypatch.delenv("EULERDISK_CACHE_DIR")
     assert "eulerdisk" in str(cache_folder([INTEGRATE]))
 
@@ -354,7 +354,7 @@ def test_a_width_of_vectors_that_is_none_is_refused(toy, monkeypatch):
     monkeypatch.setenv("EULERDISK_VECTOR_BITS", "wide")
     with refused("128", "256", "512", "'wide'"):
         # A kernel that nothing in this process has loaded yet.
-        Kernel("kernels.disk.trajectory", "derived", seconds=7.25).load()
+        Kernel("kernels.page.starts", "complete", seconds=7.25).load()
 
 
 def test_a_cache_that_holds_nothing_is_refused(tmp_path, monkeypatch):
@@ -382,7 +382,7 @@ builtins.open = lambda name, *more, **rest: (
 os.sched_getaffinity = lambda process: set(range(8))
 from kernels.native import workers
 from sweep.model.kernel import Kernel
-Kernel("kernels.disk.trajectory", "derived").load()
+Kernel("kernels.page.starts", "complete").load()
 print(workers.used())
 workers.use(5)
 print(workers.used())

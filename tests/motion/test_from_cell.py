@@ -61,7 +61,7 @@ def test_a_fall_ends_when_the_cell_fell(rolling):
     """The atlas has no period for a fall: the motion ends at the stored fall time."""
     assert float(rolling.fall_time[0, 1]) > 0.0
     motion = rolling.eulerdisk.simulate(roll_rate=5, tilt="5deg")
-    assert float(motion.fall_time) == pytest.approx(float(rolling.fall_time[0, 1]), rel=1e-6)
+    assert float(motion.end_time) == pytest.approx(float(rolling.fall_time[0, 1]), rel=1e-6)
     assert motion.attrs["history"].endswith("dataset.eulerdisk.simulate")
 
 
@@ -180,5 +180,5 @@ def test_a_motion_reaches_the_ending_of_its_cell(words, ending):
     assert ending_of(motion) == ending
     assert float(motion.elapsed_time[-1]) > 10.0
     if ending == "fell":
-        assert float(motion.fall_time) == pytest.approx(float(atlas.fall_time[0]), rel=1e-6)
+        assert float(motion.end_time) == pytest.approx(float(atlas.fall_time[0]), rel=1e-6)
     assert float(atlas.eulerdisk.simulate(roll_rate=0.0001, duration=1).elapsed_time[-1]) == 1.0

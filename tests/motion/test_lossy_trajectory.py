@@ -190,14 +190,14 @@ def test_without_losses_it_is_the_motion_of_the_disk_without_losses():
 
 
 def test_a_file_says_which_model_it_is_of(tmp_path):
-    """A saved and reopened motion is the same; one without losses still names no model."""
+    """A saved and reopened motion is the same, and names its model."""
     motion = simulated("toy")
     sweep.save(motion, tmp_path / "stop.nc")
     with xr.open_dataset(tmp_path / "stop.nc") as read:
         assert read.attrs["model"] == "lossy_disk"
         for name in motion.variables:
             np.testing.assert_array_equal(read[name], motion[name])
-    assert "model" not in sweep.simulate(duration=0.1).attrs
+    assert sweep.simulate(duration=0.1).attrs["model"] == "disk"
 
 
 def test_a_cell_is_followed_to_its_end():

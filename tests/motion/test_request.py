@@ -6,9 +6,10 @@ from dataclasses import FrozenInstanceError, asdict, replace
 import pytest
 from messages import refused
 
-from kernels.disk import simd_stages, trajectory
+from kernels.bodies import trajectory
+from kernels.disk import simd_stages
 from sweep import RequestError, TrajectorySpec
-from sweep.motion.tables import MOTION_INPUTS, MOTION_WORDS, TIME, TRAJECTORY
+from sweep.motion.tables import DISK_MOTION, MOTION_INPUTS, TIME, TRAJECTORY
 from sweep.request.words import MOST_STEPS
 
 
@@ -17,7 +18,7 @@ def test_words_are_read_in_si():
     spec = TrajectorySpec.from_words(["tilt=10deg", "mass=20g", "duration=1min", "roll_rate=-4.6851"])
     assert spec.tilt == math.radians(10.0)
     assert spec.mass == pytest.approx(0.02, rel=1e-15)
-    assert (spec.duration, spec.roll_rate, spec.radius, spec.method) == (60.0, -4.6851, 0.5, "rk4")
+    assert (spec.duration, spec.roll_rate, spec.radius) == (60.0, -4.6851, 0.5)
 
 
 def test_a_rate_is_given_scaled_or_as_a_speed():
@@ -30,7 +31,7 @@ def test_a_rate_is_given_scaled_or_as_a_speed():
 def test_every_word_is_a_field():
     """Tables and fields of a request have the same names, and its text contains them all."""
     spec = TrajectorySpec.read()
-    assert set(asdict(spec)) == {*MOTION_INPUTS, *MOTION_WORDS}
+    assert set(asdict(spec)) == {*DISK_MOTION.inputs, *DISK_MOTION.words}
     assert json.loads(spec.canonical()) == asdict(spec)
 
 
@@ -91,8 +92,8 @@ def test_a_refusal_says_what_is_allowed_what_was_given_and_what_to_do():
         (["speed=1,2"], ["speed must be one number", "axis"]),
         (["speed=1", "radius=1,2"], ["radius must be one number", "axis"]),
         (["spead=1"], ["Did you mean speed?"]),
-        (["method=euler"], ["method", "rk4 or dop853", "euler"]),
-        (["interval=1e-9"], ["too many samples", "10000000", "interval=1e-9", "longer interval"]),
+        (["method=rk4"], ["method", "eulerdisk run"]),
+        (["interval=1e-9"], ["too many samples", "7200000", "interval=1e-9", "longer interval"]),
         (["step=1e-9"], ["too many steps", "100000000", "step=1e-9", "longer step"]),
         (["title=a\nb"], ["title", "one line", r"a\nb"]),
     ]:

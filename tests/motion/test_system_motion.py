@@ -250,7 +250,7 @@ REFUSED = {
     "mine.py angle=190deg": ["over", "angle=3.31613", "rate=0"],
     "mine.py duration=1h interval=1us": ["samples", "interval=auto"],
     "mine.py interval=2m": ["interval", "s, ms, min"],
-    "mine.py method=rk4": ["method", "taylor"],
+    "mine.py method=rk4": ["method", "eulerdisk run"],
     "mine.py title": ["NAME=VALUE"],
     "mine.py --animate a.gif": ["disk", "--plot"],
     "none.py": ["none.py", "cannot be read"],

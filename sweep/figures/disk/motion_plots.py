@@ -165,7 +165,7 @@ def draw_momentum(axes: "Axes", dataset: "xr.Dataset") -> None:
     times, momentum = dataset[TIME.name].values, dataset["vertical_momentum"].values
     integral = momentum - dataset["vertical_momentum_residual"].values
     axes.plot(times, momentum, label=r"$H\cdot e_3$: not constant", **MOTION)
-    law = rf"start $+\int {TRAJECTORY['vertical_momentum_rate'].symbol}\,dt$"
+    law = r"start $+\int m R^2\dot\phi\,\dot\theta\cos\theta\,dt$"
     axes.plot(times, integral, label=law, **_THEORY)
     tilt = dataset["tilt"].values
     roll_rate = float(dataset["roll_rate"][0])

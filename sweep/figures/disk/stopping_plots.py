@@ -19,10 +19,11 @@ from sweep.figures.sheet import sheet
 from sweep.figures.texts import number
 from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.model.quantity import Array, Truths
+from sweep.motion.lossy_tables import COEFFICIENTS, LAWS, LOSSY_TRAJECTORY
 from sweep.motion.origin import words_of_start
 from sweep.motion.request import MotionRequest
 from sweep.motion.sampling import closely_sampled, end_of, ending_of, is_of_body, kind_of, request_of
-from sweep.motion.tables import COEFFICIENTS, LAWS, LOSSY_TRAJECTORY, TIME
+from sweep.motion.tables import TIME
 from sweep.motion.theory import WobbleLoss, flat_time, wobble_losses, wobbles
 from sweep.motion.trajectory import simulate
 

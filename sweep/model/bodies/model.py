@@ -52,7 +52,7 @@ class Bodies(Model):
     coordinate, extremes, error_name, peak = DISK.coordinate, DISK.extremes, DISK.error_name, DISK.peak
     lost_name = "the body falls"
     presets = Path(__file__).with_name("presets")
-    motion = "sweep.motion.body_tables:BODY_MOTION"
+    motion = "sweep.motion.tables:BODY_MOTION"
     trajectory, regimes = DISK.trajectory, DISK.regimes
     in_time = DISK.in_time
     integrate = Kernel("kernels.bodies.integrate", "integrate", seconds=8.0)

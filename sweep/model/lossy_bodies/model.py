@@ -70,7 +70,7 @@ class LossyBodies(LossyDisk):
         contour=True, damping=False, rolling=False, pivoting=False, air=NO_AIR, slips=False,
         module="kernels.lossy_bodies.integrate",
     )  # fmt: skip
-    motion = "sweep.motion.lossy_body_tables:LOSSY_BODY_MOTION"
+    motion = "sweep.motion.lossy_tables:LOSSY_BODY_MOTION"
     words = Words(
         summary="Stability atlas of a body of revolution that rolls without slipping on a horizontal plane and loses "
         "energy to friction at its contact and drag of the air. For every start of a grid: how long it stays aloft, "

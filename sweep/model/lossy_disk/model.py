@@ -156,7 +156,7 @@ class LossyDisk(Model):
         "sweep.figures.disk.stopping_plots:figure_of_cell",
         "sweep.figures.disk.losses_map:figure",
     )
-    motion = "sweep.motion.tables:LOSSY_MOTION"
+    motion = "sweep.motion.lossy_tables:LOSSY_MOTION"
     words = Words(
         summary="Stability atlas of a thin rigid disk that rolls without slipping on a horizontal plane and loses "
         "energy to friction at its contact and drag of the air. For every start of a grid: how long the disk stays "

@@ -2,16 +2,9 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { bodyPath } from "eulerdisk/compute/body_path";
-import {
-  diskPath,
-  evenly,
-  largest,
-  lossyPath,
-  turning,
-  unresolved,
-  untilLater,
-} from "eulerdisk/compute/paths";
+import { freePath } from "eulerdisk/compute/free_path";
+import { evenly, largest, lossyPath, turning, unresolved, untilLater } from "eulerdisk/compute/paths";
+import { torusOf } from "eulerdisk/compute/shapes";
 
 const { signal } = new AbortController();
 
@@ -56,12 +49,6 @@ function computing({ rate = 1, ends = Infinity, code = 4, drift = () => 0, horiz
   const asked = [];
   const ask = async (what, { name, values }) => {
     const [, { numbers: settings }, { numbers: times, shape }] = values;
-    if (name === "derived") {
-      const [, count] = values[1].shape;
-      const derived = new Float64Array(8 * count);
-      derived[count + count - 1] = drift(asked.at(-1).step);
-      return { arrays: [null, null, derived] };
-    }
     asked.push({ name, step: settings[1], times, count: times.length, shape });
     const filled =
       times[times.length - 1] <= ends ? times.length : times.findIndex((each) => each > ends) + 1;
@@ -81,39 +68,21 @@ function computing({ rate = 1, ends = Infinity, code = 4, drift = () => 0, horiz
 }
 
 test("a slow disk has a thousand samples, and a fast one has one per fifth of a radian", async () => {
-  const slow = computing({ rate: 1 });
-  const path = await diskPath(slow, [0, 0, 0, 0, 0.5, 0.5, 9.81], 6, 1.5, signal);
-  assert.deepEqual([path.times.length, path.times.at(-1), slow.asked.length], [1001, 6, 1]);
-  const fast = await diskPath(computing({ rate: 100 }), [0, 0, 0, 0, 0.5, 0.5, 9.81], 6, 1.5, signal);
-  assert.ok(Math.abs(fast.times.length - (6 * 100) / 0.2) < 3);
-  assert.equal(fast.times.at(-1), 6);
-  const wild = await diskPath(computing({ rate: 1e6 }), [0, 0, 0, 0, 0.5, 0.5, 9.81], 6, 1.5, signal);
+  const size = { fallTilt: 1.5, number: 0, poles: false, unit: 0.2, radius: 0.5 };
+  const start = torusOf({
+    tilt: 0.1,
+    tilt_rate: 1,
+    precession_rate: 2,
+    roll_rate: 3,
+    alpha: 0.4,
+    radius: 0.5,
+    gravity: 9,
+  });
+  assert.deepEqual(start, [0.1, 1, 2, 3, 0, 0, 0, 0, 0, 0.4, 0.2, 0.5, 9]);
+  const slow = await freePath(computing({ rate: 1 }), start, 6, size, signal);
+  assert.deepEqual([slow.times.length, slow.times.at(-1)], [1001, 6]);
+  const wild = await freePath(computing({ rate: 1e6 }), start, 6, size, signal);
   assert.equal(wild.times.length, 200_001);
-});
-
-test("a fall has as many samples as an endless motion, and ends at its time", async () => {
-  const path = await diskPath(computing({ ends: 0.5 }), [0, 0, 0, 0, 0.5, 0.5, 9.81], 60, 1.5, signal);
-  assert.equal(path.times.at(-1), 0.5);
-  assert.ok(path.times.length >= 1000 && path.times.length < 1010);
-  assert.equal(path.ending, 4);
-});
-
-test("the step is halved until the energy is right to 1e-11, or its drift is rounding", async () => {
-  const steps = async (drift) => {
-    const computation = computing({ drift });
-    await diskPath(computation, [0, 0, 0, 0, 0.5, 0.5, 9.81], 6, 1.5, signal);
-    return computation.asked.map(({ step }) => step);
-  };
-  assert.deepEqual(await steps(() => 1e-11), [0.005]);
-  assert.deepEqual(await steps((step) => (step < 0.002 ? 1e-12 : 1e-6)), [0.005, 0.0025, 0.00125]);
-  assert.deepEqual(await steps(() => 1e-10), [0.005, 0.0025]);
-  assert.equal((await steps(() => 1e-6)).length, 7);
-});
-
-test("an unresolved motion is refused after six halvings", async () => {
-  const computation = computing({ ends: 2, code: 5 });
-  await assert.rejects(diskPath(computation, [0, 0, 0, 0, 0.5, 0.5, 9.81], 6, 1.5, signal), /until 2 s/);
-  assert.equal(computation.asked.length, 7);
 });
 
 const LOSSY = { flatTilt: 1.5, law: 0, body: null };
@@ -153,22 +122,22 @@ test("a motion held by friction from its start stands, and one that slips or lif
 test("a body is sampled as often as it turns, and integrated until half the step changes nothing", async () => {
   const size = { fallTilt: 1.5, number: 1, poles: false, unit: 0.2, radius: 0.5 };
   const computation = computing({ rate: 50 });
-  const path = await bodyPath(computation, new Array(13).fill(0), 10, size, signal);
+  const path = await freePath(computation, new Array(13).fill(0), 10, size, signal);
   assert.ok(Math.abs(path.times.length - (10 * 50) / 0.2) < 3);
   assert.deepEqual(
     computation.asked.map(({ step }) => step),
     [0.04, 0.01, 0.005],
   );
-  const ended = await bodyPath(computing({ rate: 1, ends: 2 }), new Array(13).fill(0), 10, size, signal);
+  const ended = await freePath(computing({ rate: 1, ends: 2 }), new Array(13).fill(0), 10, size, signal);
   assert.equal(ended.times.at(-1), 2);
   assert.ok(ended.times.length >= 1000 && ended.times.length < 1010);
   const off = (step) => ({ 0.01: 1e-6, 0.005: 1e-8 })[step] ?? 0;
   const rough = computing({ off });
-  await bodyPath(rough, new Array(13).fill(0), 10, size, signal);
+  await freePath(rough, new Array(13).fill(0), 10, size, signal);
   assert.deepEqual(
     rough.asked.map(({ step }) => step),
     [0.04, 0.01, 0.005, 0.0025, 0.00125],
   );
-  const never = bodyPath(computing({ ends: 2, code: 5 }), new Array(13).fill(0), 10, size, signal);
+  const never = freePath(computing({ ends: 2, code: 5 }), new Array(13).fill(0), 10, size, signal);
   await assert.rejects(never, /until 2 s/);
 });

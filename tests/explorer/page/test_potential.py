@@ -56,7 +56,7 @@ def test_the_potential_is_below_the_energy_by_the_kinetic_energy_of_the_tilt(nod
     for given in STARTS:
         with case(given):
             start = start_of(given)
-            motion = sweep.simulate(**start, duration=3.0, interval=0.02, method="dop853")
+            motion = sweep.simulate(**start, duration=3.0, interval=0.02)
             tilts = motion["tilt"].values
             found = node.evaluate(POTENTIAL, [start, math.radians(89.0), tilts.tolist()])
             rates = motion["tilt_rate"].values * math.sqrt(start["radius"] / start["gravity"])

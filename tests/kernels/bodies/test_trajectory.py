@@ -10,12 +10,13 @@ from body_runner import drawn
 
 from kernels.bodies import motion_arrays as at
 from kernels.bodies.shapes import FIRST_WITH_POLES, NAMES
-from kernels.disk import motion_arrays as of_disk
 from kernels.disk.endings import EDGE_CHANGE, FELL, HORIZON
 from sweep.model.kernel import Kernel
-from sweep.motion.body_path import KERNELS
 
 pytestmark = pytest.mark.compiled
+
+
+KERNELS = [Kernel(f"kernels.bodies.{name}", "trajectory") for name in ("trajectory", "poles.trajectory")]
 
 
 def follow(given, number, times, step=0.0, relative_step=0.005, fall_tilt=1.5):
@@ -91,36 +92,19 @@ def test_a_ball_rolls_end_over_end():
     assert np.abs(found["heading"][-1]) > 3.0
 
 
-def test_a_torus_without_a_tube_is_the_thin_disk():
-    """State, path and forces agree with the thin disk's own kernels to 1e-10."""
-    state, times = (0.5, 0.3, 1.2, -2.0), np.linspace(0.0, 8.0, 41)
-    disk = np.array([*state, 0.5, 1.0, 1.0])
-    load = {name: Kernel("kernels.disk.trajectory", name).load() for name in ("trajectory", "derived")}
-    samples, more = np.empty((len(of_disk.SAMPLES), times.size)), np.empty((len(of_disk.DERIVED), times.size))
-    load["trajectory"](disk, np.array([0.0, 0.005, 1.5]), times, samples)
-    load["derived"](disk, np.ascontiguousarray(samples[:4]), more)
-    given = starts(
-        tilt=state[0], tilt_rate=state[1], precession_rate=state[2], roll_rate=state[3], axial_moment=0.5,
-        transverse_moment=0.25,
-    )  # fmt: skip
-    _, _, found = follow(given, NAMES.index("torus"), times)
-    for name, row in zip(of_disk.SAMPLES, samples, strict=True):
-        np.testing.assert_allclose(found[name], row, atol=1e-10, err_msg=name)
-    for name, row in zip(of_disk.DERIVED, more, strict=True):
-        if name not in ("friction_needed", "energy_drift"):
-            np.testing.assert_allclose(found[name], row, atol=1e-10, err_msg=name)
-
-
-@pytest.mark.parametrize("word", ["torus", "spheroid"])
+@pytest.mark.parametrize("word", ["disk", "torus", "spheroid"])
 def test_every_quantity_is_of_fourth_order(word):
     """Halving the step divides the errors of path, angles and state by 16, even near a pole."""
     body = {
+        "disk": Body(1.0, 0.0, 0.0, 0.5, 0.25),
         "torus": Body(0.75, 0.0, 0.25, 0.609375, 0.3203125),
         "spheroid": Body(0.0, 0.0, 1.0, 0.4, 0.25, 0.25),
     }[word]
-    lengths = {"tube": 0.25} if word == "torus" else {"flattening": 0.5}
-    tilt, rates = (0.4, (0.5, 1.0, -0.7)) if word == "torus" else (1.2, (2.0, 0.3, 0.2))
-    given, kind = start_of(word, tilt, *rates, body.axial, body.transverse, **lengths)
+    lengths = {"disk": {"tube": 0.0}, "torus": {"tube": 0.25}, "spheroid": {"flattening": 0.5}}[word]
+    tilt, rates = (1.2, (2.0, 0.3, 0.2)) if word == "spheroid" else (0.4, (0.5, 1.0, -0.7))
+    given, kind = start_of(
+        "torus" if word == "disk" else word, tilt, *rates, body.axial, body.transverse, **lengths
+    )
     times = np.linspace(0.0, 2.0, 11)
     coarse, fine = (
         apart(follow(given, kind, times, step=step)[2], body, tilt, rates, times) for step in (0.01, 0.005)

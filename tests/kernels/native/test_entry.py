@@ -276,9 +276,9 @@ from kernels.native import workers
 from sweep.model.kernel import Kernel
 workers.use(2)
 def run():
-    states, results = 0.5 + np.zeros((4, 9)), np.zeros((8, 9))
-    Kernel("kernels.disk.trajectory", "derived").load()(0.5 + np.zeros(7), states, results)
-    return results[0, 0]
+    starts = 0.5 + np.zeros((7, 9))
+    Kernel("kernels.page.starts", "complete").load()(0, 4, starts)
+    return starts[3, 0]
 before = run()
 child = os.fork()
 if child == 0:

@@ -1,7 +1,7 @@
 /** Motions that the page computes: their duration, their arrays, and the texts next to them. */
 
-import { bodyPath, ROWS } from "eulerdisk/compute/body_path";
 import { cellAt } from "eulerdisk/compute/cells";
+import { freePath, ROWS } from "eulerdisk/compute/free_path";
 import {
   checkArms,
   checkLosses,
@@ -10,8 +10,8 @@ import {
   numberOf,
   wordsOfMotion,
 } from "eulerdisk/compute/losses";
-import { diskPath, lossyPath } from "eulerdisk/compute/paths";
-import { bodyOf } from "eulerdisk/compute/shapes";
+import { lossyPath } from "eulerdisk/compute/paths";
+import { bodyOf, TORUS, torusOf } from "eulerdisk/compute/shapes";
 import { general, spelled } from "eulerdisk/compute/spelling";
 import { systemMotion } from "eulerdisk/compute/system_motion";
 import { Problem } from "eulerdisk/notice";
@@ -55,13 +55,9 @@ const CENTRE = ["centre_x", "centre_y", "centre_z"];
 const LOSSES = ["rolling_loss", "pivoting_loss", "contour_loss", "damping_loss", "air_loss"];
 const FORCES = ["normal_force", "friction_across", "friction_along"];
 
-/**
- * Rows of the forces and of the centre among the samples of a motion with losses, and of the forces among the derived
- * rows of one without.
- */
+/** Rows of the forces and of the centre among the samples of a motion with losses. */
 const LOSSY_FORCES = 13;
 const LOSSY_CENTRE = 17;
-const DISK_FORCES = 4;
 
 const LIFTS_OFF = "A real disk would leave the table during this motion: the normal force vanishes.";
 const NEEDS = "Rolling without slipping needs a friction coefficient of";
@@ -108,12 +104,11 @@ export async function computedMotion(computation, tables, parameters, plans, req
   if (body) checkBody(body, bodyOf(body, cell), cell, lossy ? words : {}, tables.no_air);
   if (lossy) checkArms(words, cell.radius);
   const duration = durationOf(cell, lossy, Boolean(body), request.duration ?? null);
-  const { arrays, ending } =
-    body && !lossy
-      ? await bodyArrays(computation, disk.parameters, cell, duration, { ...body, fallTilt: largest }, signal)
-      : lossy
-        ? await lossyArrays(computation, tables, cell, words, duration, motion, signal)
-        : await diskArrays(computation, disk.parameters, cell, duration, motion.fall_tilt, signal);
+  const start = body ? disk.parameters.map((name) => cell[name]) : torusOf(cell);
+  const rolling = { ...(body ?? { number: TORUS, poles: false }), fallTilt: largest };
+  const { arrays, ending } = lossy
+    ? await lossyArrays(computation, tables, cell, words, duration, motion, signal)
+    : await freeArrays(computation, start, cell, duration, rolling, signal);
   const last = /** @type {number} */ (arrays.time.at(-1));
   const ended = endingsOf(tables, Boolean(body), lossy)[String(ending)];
   const told = (/** @type {string} */ name) => spelled(tables.rules[name], cell[name], DIGITS);
@@ -253,39 +248,16 @@ function durationOf(cell, lossy, isBody, asked) {
 
 /**
  * @param {Computation} computation
- * @param {string[]} names
- * @param {Start} cell
- * @param {number} duration
- * @param {number} fallTilt
- * @param {AbortSignal} signal
- */
-async function diskArrays(computation, names, cell, duration, fallTilt, signal) {
-  const start = names.map((name) => cell[name]);
-  const { times, rows, derived, ending } = await diskPath(computation, start, duration, fallTilt, signal);
-  const forces = named(FORCES, derived.slice(DISK_FORCES));
-  const arrays = {
-    time: times,
-    ...named([...STATE, ...PATH], rows),
-    ...forces,
-    friction_needed: derived[7],
-    energy: derived[0],
-  };
-  return { arrays: /** @type {Record<string, Float64Array>} */ (arrays), ending };
-}
-
-/**
- * @param {Computation} computation
- * @param {string[]} names
+ * @param {number[]} start  as that of a body
  * @param {Start} cell
  * @param {number} duration
  * @param {{number: number, poles: boolean, fallTilt: number}} body
  * @param {AbortSignal} signal
  */
-async function bodyArrays(computation, names, cell, duration, body, signal) {
-  const start = names.map((name) => cell[name]);
+async function freeArrays(computation, start, cell, duration, body, signal) {
   const { radius, gravity } = cell;
   const size = { radius, unit: Math.sqrt(radius / gravity) };
-  const { times, rows, ending } = await bodyPath(computation, start, duration, { ...body, ...size }, signal);
+  const { times, rows, ending } = await freePath(computation, start, duration, { ...body, ...size }, signal);
   // the kernel converted the rates to scaled ones and back
   STATE.forEach((name, i) => (rows[i][0] = cell[name]));
   const all = named(ROWS, rows);

@@ -1,7 +1,6 @@
 /**
- * One motion, followed by the program's kernels: when it is sampled, and with which step.
- *
- * As in sweep/motion/disk_path.py and sweep/motion/lossy_path.py.
+ * One motion with losses, followed by the program's kernels: when it is sampled, and with which step, as in
+ * sweep/motion/lossy_path.py; and what all motions share.
  */
 
 import { Problem } from "eulerdisk/notice";
@@ -13,23 +12,16 @@ import { Problem } from "eulerdisk/notice";
  * @typedef {{times: Float64Array, rows: Float64Array[], ending: number}} Path
  */
 
-/** Codes of motions that reached the time limit (3) or could not be resolved, without and with losses. */
-const DISK = { horizon: 3, unresolved: 5 };
+/** Codes of the endings of motions. */
 const LOSSY = { flat: 1, rest: 2, horizon: 3, slip: 5, unresolved: 7 };
 
-/** Numbers of rows of the samples: the state, heading and roll angle, and with losses what each has taken. */
-
+/** Rows of the samples: the state, heading and roll angle, what each loss has taken, and the energy. */
 const [TILT, TILT_RATE, PRECESSION_RATE, ROLL_RATE] = [0, 1, 2, 3];
 const STATE = 4;
 const TURNING = [0, 4, 5];
-const DISK_ROWS = 9;
 const LOSSY_ROWS = 21;
 const LOSSES = [8, 13];
 const LOSSY_ENERGY = 20;
-
-/** Number of rows that follow from a state, and those of its energy and of the drift of the energy. */
-const DERIVED_ROWS = 8;
-const DRIFT = 1;
 
 /** Initial and largest number of samples. */
 export const SAMPLES = 1000;
@@ -38,18 +30,11 @@ export const MOST_SAMPLES = 200_000;
 /** Largest number of times that a motion is integrated again with half the step. */
 const MOST_REFINEMENTS = 6;
 
-/** Step times the fastest frequency; largest drift of the energy; drift that may be only rounding. */
-const DISK_STEP = 0.005;
-const MOST_DRIFT = 1e-11;
-const ROUNDING = 1e-9;
-
-/** Largest angle per sample, and how much later than its first estimate a fall is sought. */
-const DISK_TURN = 0.2;
-const DISK_LATER = 1.1;
-
 /**
- * The same with losses; largest imbalance of the energy; samples per factor e of the time remaining to the end, down to
- * a share of the duration.
+ * Step over that of atlases; largest imbalance of the energy; largest angle per sample; least number of samples; samples
+ * per factor e of the time remaining to the end, down to a share of the duration; most integrations with closer samples,
+ * the wanted number of samples in a gap that is close enough, and how much later than its first estimate an end is
+ * sought.
  */
 const LOSSY_STEP = 0.1;
 const MOST_IMBALANCE = 1e-9;
@@ -63,48 +48,6 @@ const LOSSY_LATER = 1.001;
 
 const BRINK = "rolling friction must clearly hold it or let it go, ";
 const HINT = "Give a shorter duration, slower rates, or a smaller largest tilt.";
-
-/**
- * Return a motion without losses.
- * @param {Computation} computation
- * @param {number[]} start  in the order of the parameters of the model
- * @param {number} duration
- * @param {number} fallTilt
- * @param {AbortSignal} signal
- * @returns {Promise<Path & {derived: Float64Array[]}>}
- */
-export async function diskPath(computation, start, duration, fallTilt, signal) {
-  const integrated = async (/** @type {Float64Array} */ times) => {
-    let before = 0;
-    for (let refinement = 0; ; refinement += 1) {
-      const settings = [0, DISK_STEP / 2 ** refinement, fallTilt];
-      const path = await traced(computation, "trajectory", start, settings, times, DISK_ROWS, signal);
-      const isLast = refinement === MOST_REFINEMENTS;
-      if (path.ending === DISK.unresolved) {
-        if (isLast) throw unresolved(path.times.at(-1) ?? 0);
-        continue;
-      }
-      const derived = await derivedOf(computation, start, path, signal);
-      const drift = largest(derived[DRIFT]);
-      const isRounding = before > 0 && before <= drift && drift < ROUNDING;
-      if (drift <= MOST_DRIFT || isRounding || isLast) return { ...path, derived };
-      before = drift;
-    }
-  };
-  const times = evenly(duration, SAMPLES);
-  const found = await integrated(times);
-  const fell = found.ending !== DISK.horizon;
-  const turns = Math.max(...TURNING.map((row) => largest(differences(found.rows[row]))));
-  const last = fell ? /** @type {number} */ (found.times.at(-1)) : duration;
-  const wanted = Math.max(SAMPLES, ((last / times[1]) * turns) / DISK_TURN);
-  const count = Math.ceil(Math.min(wanted, MOST_SAMPLES));
-  const closer = fell
-    ? untilLater(last / (count - 0.5), Math.ceil(DISK_LATER * count))
-    : evenly(duration, count);
-  if (!(closer[1] < times[1])) return found;
-  const again = await integrated(closer);
-  return fell && again.ending === DISK.horizon ? found : again;
-}
 
 /**
  * Return a motion with losses, of the disk or of another body.
@@ -180,9 +123,12 @@ export async function traced(computation, name, start, settings, times, rows, si
     shape: shape[0] ?? [numbers.length],
     numbers: Float64Array.from(numbers),
   });
-  // the disk without losses takes one start, all other motions a column of starts
-  const begun = name === "trajectory" ? array(start) : array(start, [start.length, 1]);
-  const values = [begun, array(settings), array(times), array([], [rows, times.length])];
+  const values = [
+    array(start, [start.length, 1]),
+    array(settings),
+    array(times),
+    array([], [rows, times.length]),
+  ];
   const { results, arrays } = await computation.ask("call", { name, values }, { signal });
   const [ending, filled, last] = results;
   const moments = times.slice(0, filled);
@@ -190,27 +136,6 @@ export async function traced(computation, name, start, settings, times, rows, si
   const samples = arrays[3];
   const row = (/** @type {number} */ i) => samples.slice(i * times.length, i * times.length + filled);
   return { times: moments, rows: Array.from({ length: rows }, (_, i) => row(i)), ending };
-}
-
-/**
- * Return the rows that follow from the samples of a motion without losses.
- * @param {Computation} computation
- * @param {number[]} start
- * @param {Path} path
- * @param {AbortSignal} signal
- * @returns {Promise<Float64Array[]>}
- */
-async function derivedOf(computation, start, { times, rows }, signal) {
-  const count = times.length;
-  const states = new Float64Array(STATE * count);
-  rows.slice(0, STATE).forEach((row, i) => states.set(row, i * count));
-  const values = [
-    { shape: [start.length], numbers: Float64Array.from(start) },
-    { shape: [STATE, count], numbers: states },
-    { shape: [DERIVED_ROWS, count], numbers: new Float64Array(0) },
-  ];
-  const { arrays } = await computation.ask("call", { name: "derived", values }, { signal });
-  return Array.from({ length: DERIVED_ROWS }, (_, i) => arrays[2].subarray(i * count, (i + 1) * count));
 }
 
 /**

@@ -4,6 +4,9 @@
 
 /** @import { BodyOfMotion } from "eulerdisk/types" */
 
+/** Number of the torus. */
+export const TORUS = 0;
+
 /**
  * Return core, shift, edge and square of the arc of a body; see kernels/bodies/shapes.py.
  * @param {string} name
@@ -35,4 +38,14 @@ export function bodyOf({ name, called }, cell) {
     axial: cell.axial_moment,
     transverse: cell.transverse_moment,
   };
+}
+
+/**
+ * Return the start of a thin disk as that of a torus without a tube, whose moments are alpha and half of it, in the order
+ * of kernels/bodies/arrays.py.
+ * @param {Record<string, number>} cell  every parameter
+ */
+export function torusOf({ tilt, tilt_rate, precession_rate, roll_rate, alpha, radius, gravity }) {
+  const lengths = [0, 0, 0, 0, 0];
+  return [tilt, tilt_rate, precession_rate, roll_rate, ...lengths, alpha, 0.5 * alpha, radius, gravity];
 }

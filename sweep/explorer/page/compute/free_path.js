@@ -1,5 +1,5 @@
 /**
- * One motion of a body of revolution, followed by the program's kernels as in sweep/motion/body_path.py.
+ * One motion without losses, followed by the program's kernels as in sweep/motion/free_path.py.
  *
  * The step is halved until that no longer changes the motion, or no longer improves it. The page allows ten times the
  * error of the program, because a picture needs no more accuracy and a click is answered at once.
@@ -60,10 +60,10 @@ const LATER = 1.1;
  * @param {AbortSignal} signal
  * @returns {Promise<Path>}
  */
-export async function bodyPath(computation, start, duration, body, signal) {
+export async function freePath(computation, start, duration, body, signal) {
   const once = (/** @type {Float64Array} */ times, /** @type {number} */ refinement) => {
     const settings = [0, STEP / 2 ** refinement, body.fallTilt, body.number];
-    return traced(computation, "body_trajectory", start, settings, times, ROWS.length, signal);
+    return traced(computation, "trajectory", start, settings, times, ROWS.length, signal);
   };
   const times = evenly(duration, SAMPLES);
   // a longer step is enough to see how fast it turns and when it ends

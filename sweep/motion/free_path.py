@@ -1,4 +1,4 @@
-"""Integration of one motion of a body of revolution, twice: a second time with half the step, for the stated errors."""
+"""Integration of one motion without losses, twice: a second time with half the step, for the stated errors."""
 
 import math
 from typing import Any
@@ -12,6 +12,7 @@ from kernels.disk.arrays import PRECESSION_RATE, ROLL_RATE, STATE, TILT, TILT_RA
 from kernels.disk.endings import HORIZON, UNRESOLVED
 from sweep.errors import NoMotionError
 from sweep.model.bodies.shape import has_poles
+from sweep.model.disk.path import rows_of_disk
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
 from sweep.motion.request import MotionRequest
@@ -22,14 +23,12 @@ from sweep.request.words import AUTOMATIC
 _FLAT = Kernel("kernels.bodies.trajectory", "trajectory", seconds=3.0)
 _POLES = Kernel("kernels.bodies.poles.trajectory", "trajectory", seconds=3.0)
 
-#: The kernels that `follow` calls.
-KERNELS = (_FLAT, _POLES)
-
 #: Step of the first integration times the fastest frequency of the state; each later one has half the step.
 _RELATIVE_STEP = 0.01
 
-#: As in `sweep.motion.disk_path`: the angle [rad] between two samples, the largest number of samples, and the factor by
-#: which another integration may end later.
+#: With interval=auto: the largest angle [rad] between two samples, so that a path drawn through the samples is right to
+#: half a per cent of its radius; the largest number of samples; and the factor by which another integration may end
+#: later.
 _TURN, _MOST_SAMPLES, _LATER = 0.2, 200_000, 1.1
 
 
@@ -69,7 +68,7 @@ def check_edge(spec: MotionRequest) -> None:
     ------
     NoMotionError
     """
-    if spec.body == "rim" and spec.tilt == 0.0:
+    if body_of_request(spec) == "rim" and spec.tilt == 0.0:
         raise NoMotionError(
             "This motion has ended before it starts: upright, a disk with a rim stands on both of its edges; got "
             "tilt=0.",
@@ -94,9 +93,14 @@ def _turning(spec: MotionRequest, samples: Array) -> Array:
     tilting, turning, rolling = samples[[TILT_RATE, PRECESSION_RATE, ROLL_RATE]]
     about = np.abs(rolling + turning * np.sin(samples[TILT]))
     across = np.hypot(tilting, turning * np.cos(samples[TILT]))
-    if has_poles(spec.body):
+    if has_poles(body_of_request(spec)):
         return np.asarray(np.hypot(about, across))
     return np.asarray(np.maximum(np.maximum(about, across), np.maximum(np.abs(turning), np.abs(rolling))))
+
+
+def body_of_request(spec: MotionRequest) -> str:
+    """Return the body of a request; the thin disk is a torus without a tube."""
+    return str(getattr(spec, "body", "torus"))
 
 
 def _integrate(spec: MotionRequest, start: Array, times: Array) -> tuple[Found, dict[str, Array]]:
@@ -108,10 +112,14 @@ def _once(spec: MotionRequest, start: Array, times: Array, refinement: int) -> F
     """Integrate one start with a step halved `refinement` times; None if it was not resolved."""
     samples = np.empty((len(at.SAMPLES), times.size))
     step = 0.0 if isinstance(spec.step, str) else spec.step / 2**refinement
-    kind = float(shapes.NAMES.index(spec.body))
-    settings = np.array([step, _RELATIVE_STEP / 2**refinement, spec.fall_tilt, kind])
-    kernel = _POLES if has_poles(spec.body) else _FLAT
-    ending, filled, last, _ = kernel.load()(start[:, np.newaxis].copy(), settings, times, samples)
+    values = dict(zip(spec.kind.model.parameters, start[:, np.newaxis], strict=True))
+    rows = rows_of_disk(values) if "alpha" in values else start[:, np.newaxis].copy()
+    body = body_of_request(spec)
+    settings = np.array(
+        [step, _RELATIVE_STEP / 2**refinement, spec.fall_tilt, float(shapes.NAMES.index(body))]
+    )
+    kernel = _POLES if has_poles(body) else _FLAT
+    ending, filled, last, _ = kernel.load()(rows, settings, times, samples)
     if ending == UNRESOLVED:
         return None
     return Found(at.SAMPLES, np.append(times[: filled - 1], last), samples[:, :filled], int(ending))
