@@ -20,9 +20,9 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit, prange
 
+from kernels.bodies.arrays import LIFTS_OFF, PRESSES, UNRESOLVED_FORCES
 from kernels.disk.arrays import PARAMETERS
 from kernels.disk.endings import BOUNDED, FELL, HORIZON
-from kernels.disk.motion_arrays import LIFTS_OFF, PRESSES, UNRESOLVED_FORCES
 from sweep.engine.compute import compute
 from sweep.engine.grid import Span, starts_of
 from sweep.request.spec import SweepSpec

@@ -1,6 +1,6 @@
 """The rows of the arrays that Python and the kernels of bodies exchange, in the same form as `kernels.disk.arrays`.
 
-Measures and counts are the same as for the disk.
+Measures and counts are the same as for the disk. The thin disk is a torus without a tube.
 """
 
 #: Start of a cell: tilt [rad], three rates [rad/s]; lengths over the outer radius [1]; flattening [1]; moments of
@@ -29,3 +29,11 @@ REDUCED_MIN, REDUCED_MAX, REDUCED_PERIOD, REDUCED_SEPARATRIX, REDUCED_ERROR = ra
 PATH = ("heading_per_nutation", "path_drift", "ring_inner", "ring_outer", "ring_x", "ring_y")
 PATH_HEADING, PATH_DRIFT, PATH_INNER, PATH_OUTER, PATH_X, PATH_Y = range(len(PATH))
 UNKNOWN_PATH, ANNULAR_PATH, UNBOUNDED_PATH = range(3)
+
+#: Extremes of the contact forces of a motion: least normal force over m g [1], largest friction coefficient needed [1].
+CONTACT = ("least_normal_force", "friction_needed")
+CONTACT_LEAST_NORMAL_FORCE, CONTACT_FRICTION_NEEDED = range(len(CONTACT))
+
+#: State of these extremes: there is no motion; the body is always in contact, and both are known; it lifts off during
+#: the motion; one or both are not known to the promised error.
+NO_MOTION, PRESSES, LIFTS_OFF, UNRESOLVED_FORCES = range(4)

@@ -1,23 +1,16 @@
-"""The contact forces of a body as power series in the stretched tilt, on a panel of `kernels.bodies.pair`.
+"""The contact forces of a body as power series in the stretched tilt, on a panel of `kernels.bodies.pair`."""
 
-It also has the names of that module, which it replaces if forces are computed (`kernels.reduction.contact_extremes`).
-"""
-
-from kernels.bodies.pair import (  # noqa: F401 - see above
+from kernels.bodies.pair import (
     ALONG,
     COS,
     HEIGHT,
     KINETIC,
-    KINETIC_PER_STRETCH,
     LEVER,
     SIN,
     SPEED,
-    SPIN,
     SQUARES,
     TERMS,
     TWIST,
-    go_on,
-    length_of,
     product,
     radius_of,
 )

@@ -15,11 +15,9 @@ TERMS = 20
 SIN, COS, SPIN, ALONG, KINETIC, LONG, WIDE, LEVER, HEIGHT, SQUARES, DETERMINANT, MIX, TWIST = range(13)
 #: products;
 _TWIST_COS, SPEED, _ALONG_SIN, _SPIN_COS, _TORQUE = range(13, 18)
-#: the kinetic energy over t, if it vanishes at t = 0;
-KINETIC_PER_STRETCH = 18
 #: the first row that only an ellipse has (`kernels.bodies.ellipse`).
-OF_ELLIPSE = 19
-ROWS = 25
+OF_ELLIPSE = 18
+ROWS = 24
 
 #: The longest panel, in y; a panel ends where the omitted terms are this share of its values.
 LONGEST, _LEFT_OUT = 0.25, 1e-18

@@ -1,12 +1,12 @@
 """The entry points of the module of a page: the disk, with and without losses."""
 
 from kernels.bodies.trajectory import trajectory
-from kernels.disk.contact_extremes import contact_extremes
 from kernels.lanes.binding import bind
 from kernels.lossy_disk.integrate import LANE_MODEL
 from kernels.lossy_disk.trajectory import trajectory as lossy_trajectory
 from kernels.page.starts import complete
 from kernels.reduction.cells import reduce
+from kernels.reduction.contact_extremes import contact
 from kernels.reduction.path import paths
 from kernels.reduction.wells import wells
 
@@ -21,7 +21,7 @@ ENTRIES = {
     "complete": complete,
     "reduce": reduce,
     "wells": wells,
-    "contact_extremes": contact_extremes,
+    "contact": contact,
     "paths": paths,
     "trajectory": trajectory,
     "lossy_trajectory": lossy_trajectory,

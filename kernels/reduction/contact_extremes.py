@@ -1,23 +1,22 @@
-"""Extremes of the contact forces of bodies along their motions; see `kernels.disk.contact_extremes`.
+"""Extremes of the contact forces along motions, with error bounds; values not known to 1e-6 are omitted.
 
-The reduction finds the pieces of a motion (`kernels.reduction`); on each piece the extremes are roots of series
-(`kernels.bodies.forces`). Errors are judged as for the disk.
+A motion is followed in its tilt, not in time. If it returns to the saddle from which it was kicked, an integration in
+time can carry it past the saddle, to the wrong side. The reduction finds the pieces of a motion (`kernels.reduction`);
+on each piece the extremes are roots of series without poles (`kernels.bodies.forces`), even if the normal force
+vanishes. A piece towards a smaller |tilt| is followed as its mirror image, so that mirror images have the same bits.
 """
 
 import math
 
 import numpy as np
 
-from kernels.bodies import ellipse, forces
+from kernels.bodies import arrays as row
+from kernels.bodies import ellipse, forces, pair
 from kernels.bodies.forces import expand_forces
 from kernels.bodies.pair import expand, go_on, length_of
 from kernels.bodies.shapes import FIRST_WITH_POLES, Body
 from kernels.bodies.starts import body_of
-from kernels.disk import motion_arrays as motion_row
-from kernels.disk.contact_extremes import _KEPT, _MOST, _judge, _look, _search_panel
-from kernels.disk.contact_extremes import _PANELS as PASSED
 from kernels.disk.endings import EDGE_CHANGE, FELL, INVALID, UNRESOLVED
-from kernels.disk.polynomial_roots import MOST_ROOTS, largest_value
 from kernels.jit import kernel
 from kernels.lanes.binding import variant
 from kernels.native.entry import parallel
@@ -36,24 +35,85 @@ from kernels.reduction.pieces import (
     SIDE,
     SIGN,
 )
+from kernels.reduction.polynomial_roots import (
+    AMBIGUOUS,
+    MOST_ROOTS,
+    largest_value,
+    roots,
+    value_and_slope,
+    value_at,
+)
 from kernels.reduction.turning import COUNT, END_SLOPE, ROUNDING, TURNS, stretch
 
 #: Bound of the rounding errors of a panel, in units of the size of the terms.
 _ROUNDING = 4.0 * 2.0**-52
 
+#: A value is known if its error bound is below this times 1 + |value|; the promised error is 1e-6.
+_KNOWN = 2.5e-7
+
 #: Maximum number of panels of the series of forces on one piece of a motion.
 _MOST_PANELS = 64
 
+#: Numbers kept along a motion: the least normal force found and its lower and upper bound, the same for the largest
+#: friction coefficient; the number of pieces passed.
+_LEAST, _LEAST_LOW, _LEAST_HIGH, _MOST, _MOST_LOW, _MOST_HIGH, _PASSED = range(7)
+_KEPT = 7
+
 
 @kernel
-def rounding_errors(series, end, kept):
+def _bound_rounding(series, end, kept):
     """Return a bound of the rounding errors of the forces on a panel up to `end`."""
-    o, s = largest_value(series, forces.ALONG, end), largest_value(series, forces.SPIN, end)
-    sec, v = largest_value(series, forces.SEC, end), largest_value(series, forces.SPEED, end)
+    o, s = largest_value(series, pair.ALONG, end), largest_value(series, pair.SPIN, end)
+    sec, v = largest_value(series, forces.SEC, end), largest_value(series, pair.SPEED, end)
     square = largest_value(series, forces.RATE_SQUARED, end)
     size = 1.0 + square + o * (s + sec * (o + v)) + largest_value(series, forces.PULL, end)
-    arm = 1.0 + largest_value(series, forces.HEIGHT, end) + largest_value(series, forces.LEVER, end)
-    return _ROUNDING * (2.0 + kept[PASSED]) * size * arm
+    arm = 1.0 + largest_value(series, pair.HEIGHT, end) + largest_value(series, pair.LEVER, end)
+    return _ROUNDING * (2.0 + kept[_PASSED]) * size * arm
+
+
+@kernel
+def _look(series, t, apart, rounding, kept):
+    """Include the forces at t, which is known to within `apart`, in the extremes."""
+    normal, slope = value_and_slope(series, forces.NORMAL, t)
+    error = rounding + abs(slope) * apart
+    kept[_LEAST] = min(kept[_LEAST], normal)
+    kept[_LEAST_LOW] = min(kept[_LEAST_LOW], normal - error)
+    kept[_LEAST_HIGH] = min(kept[_LEAST_HIGH], normal + error)
+    if not normal > error:
+        kept[_MOST_HIGH] = math.inf
+        return
+    squared, slope = value_and_slope(series, forces.FRICTION_SQUARED, t)
+    horizontal = math.sqrt(max(0.0, squared))
+    beyond = rounding + math.sqrt(max(0.0, squared) + abs(slope) * apart) - horizontal
+    needed = horizontal / normal
+    error = (beyond + needed * error) / (normal - error)
+    kept[_MOST] = max(kept[_MOST], needed)
+    kept[_MOST_LOW] = max(kept[_MOST_LOW], needed - error)
+    kept[_MOST_HIGH] = max(kept[_MOST_HIGH], needed + error)
+
+
+@kernel
+def _search_panel(series, end, apart, found, kept):
+    """Find the extremes of the forces from the beginning of a panel to `end`, which is known to within `apart`."""
+    rounding = _bound_rounding(series, end, kept)
+    _look(series, 0.0, 0.0, rounding, kept)
+    _look(series, end, apart, rounding, kept)
+    count = roots(series, forces.NORMAL_SLOPE, end, rounding, found)
+    if count == AMBIGUOUS:
+        kept[_LEAST_LOW] = -math.inf
+        return
+    least = min(value_at(series, forces.NORMAL, 0.0), value_at(series, forces.NORMAL, end))
+    for i in range(count):
+        _look(series, found[i], 0.0, rounding, kept)
+        least = min(least, value_at(series, forces.NORMAL, found[i]))
+    if not least > rounding:
+        return
+    # terms omitted from the square of the coefficient are at most 1e-14
+    count = roots(series, forces.FRICTION_SLOPE, end, 1e-14 * least * least * least, found)
+    if count == AMBIGUOUS:
+        kept[_MOST_HIGH] = math.inf
+    for i in range(count):
+        _look(series, found[i], 0.0, rounding, kept)
 
 
 @kernel
@@ -64,8 +124,8 @@ def _mirror(body):
 @kernel
 def _begin_series(series, y, s, o, kinetic):
     """Begin the series of a motion at a stretched tilt y."""
-    series[forces.SIN, 0], series[forces.COS, 0] = math.tanh(y), 1.0 / math.cosh(y)
-    series[forces.SPIN, 0], series[forces.ALONG, 0], series[forces.KINETIC, 0] = s, o, kinetic
+    series[pair.SIN, 0], series[pair.COS, 0] = math.tanh(y), 1.0 / math.cosh(y)
+    series[pair.SPIN, 0], series[pair.ALONG, 0], series[pair.KINETIC, 0] = s, o, kinetic
 
 
 @kernel
@@ -104,7 +164,7 @@ def _search_way(table, pieces, way, sign, series, found, kept):
         if number + 1 == count and way[TURNS] == 1.0:
             # rounding of the energy moves a turning point
             apart = way[ROUNDING] / abs(way[END_SLOPE])
-        kept[PASSED] = float(number)
+        kept[_PASSED] = float(number)
         _search_piece(table, piece, outward == (piece[SIGN] == sign), apart, series, found, kept)
 
 
@@ -117,17 +177,32 @@ def _search(starts, cell, kind, table, pieces, ways, series, found, kept):
         _begin_series(series, stretch(tilt), s, o, 0.0)
         expand(series, body)
         expand_forces(series, body)
-        kept[PASSED] = 0.0
-        _look(series, 0.0, 0.0, rounding_errors(series, 0.0, kept), kept)
+        kept[_PASSED] = 0.0
+        _look(series, 0.0, 0.0, _bound_rounding(series, 0.0, kept), kept)
     sign = pieces[0, 0, SIGN]
     _search_way(table, pieces[0], ways[0], sign, series, found, kept)
     _search_way(table, pieces[1], ways[1], sign, series, found, kept)
 
 
+@kernel
+def _judge(kept):
+    """Return (least normal force, friction needed, state) from the kept numbers; NaN for unknown values."""
+    least, most = kept[_LEAST], kept[_MOST]
+    error = max(least - kept[_LEAST_LOW], kept[_LEAST_HIGH] - least)
+    if not error <= _KNOWN * (1.0 + abs(least)):
+        return math.nan, math.nan, row.UNRESOLVED_FORCES
+    if kept[_LEAST_HIGH] <= 0.0:
+        return least, math.nan, row.LIFTS_OFF
+    error = max(most - kept[_MOST_LOW], kept[_MOST_HIGH] - most)
+    if not (kept[_LEAST_LOW] > 0.0 and error <= _KNOWN * (1.0 + most)):
+        return least, math.nan, row.UNRESOLVED_FORCES
+    return least, most, row.PRESSES
+
+
 @parallel(
     CHUNK,
     lambda *_: (
-        *table_memory(), *motion_memory(), np.empty((forces.ROWS, forces.TERMS)), np.empty(MOST_ROOTS), np.empty(_KEPT),
+        *table_memory(), *motion_memory(), np.empty((forces.ROWS, pair.TERMS)), np.empty(MOST_ROOTS), np.empty(_KEPT),
     ),
     starts="float64[:, ::1]",
     kind="float64",
@@ -140,7 +215,7 @@ def _search(starts, cell, kind, table, pieces, ways, series, found, kept):
     found="float64[::1]",
     kept="float64[::1]",
 )  # fmt: skip
-def _contact(
+def contact(
     start, stop, starts, kind, fall_tilt, extremes, states, bodies, edges, made, panels, work, pieces, ways, near,
     series, found, kept,
 ):  # fmt: skip
@@ -155,9 +230,11 @@ def _contact(
     starts, kind, fall_tilt
         As for `kernels.reduction.cells.reduce`.
     extremes : float64[len(CONTACT), n], written
-        As for `kernels.disk.contact_extremes.contact_extremes`, of the motion for all time.
+        Of the motion for all time: least normal force over m g [1], and largest friction coefficient needed [1], which
+        is NaN if the normal force becomes zero or negative. Both are NaN without a motion, and if the error bound
+        exceeds a quarter of 1e-6 (1 + |value|).
     states : int64[n], written
-        `NO_MOTION`, `PRESSES`, `LIFTS_OFF` or `UNRESOLVED_FORCES` of `kernels.disk.motion_arrays`.
+        `NO_MOTION`, `PRESSES`, `LIFTS_OFF` or `UNRESOLVED_FORCES` of `kernels.bodies.arrays`.
     bodies ... kept : arrays
         Memory of a thread.
 
@@ -173,21 +250,18 @@ def _contact(
         kept[:] = 0.0
         kept[:_MOST] = math.inf
         ending, least, _, _ = reduce_cell(starts, cell, kind, fall_tilt, y_fall, table, pieces, ways, near)
-        normal, friction, state = math.nan, math.nan, motion_row.NO_MOTION
+        normal, friction, state = math.nan, math.nan, row.NO_MOTION
         falls_at_once = ending == FELL and kind < FIRST_WITH_POLES and abs(least) >= fall_tilt
         falls_at_once |= ending == EDGE_CHANGE
         if ending == UNRESOLVED:
-            state = motion_row.UNRESOLVED_FORCES
+            state = row.UNRESOLVED_FORCES
         elif ending != INVALID and not (falls_at_once and ways[0, COUNT] + ways[1, COUNT] == 0.0):
             _search(starts, cell, kind, table, pieces, ways, series, found, kept)
             normal, friction, state = _judge(kept)
-        extremes[motion_row.CONTACT_LEAST_NORMAL_FORCE, cell] = normal
-        extremes[motion_row.CONTACT_FRICTION_NEEDED, cell] = friction
+        extremes[row.CONTACT_LEAST_NORMAL_FORCE, cell] = normal
+        extremes[row.CONTACT_FRICTION_NEEDED, cell] = friction
         states[cell] = state
 
 
-_FLAGS = {"at": forces, "_rounding_errors": rounding_errors}
-
-#: For bodies whose meridian is an arc of a circle, and for an arc of an ellipse.
-contact = variant(_contact, "bodies", _FLAGS)
-contact_ellipses = variant(_contact, "ellipses", _FLAGS | ellipse.FUNCTIONS)
+#: For bodies whose meridian is an arc of an ellipse.
+contact_ellipses = variant(contact, "ellipses", ellipse.FUNCTIONS)

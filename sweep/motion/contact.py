@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kernels.bodies.arrays import CONTACT
 from kernels.disk import arrays
-from kernels.disk.endings import BOUNDED, FELL, HORIZON
-from kernels.disk.motion_arrays import CONTACT
+from kernels.disk.endings import BOUNDED, FELL
 from sweep.errors import RequestError
 from sweep.model.quantity import Array, Truths
 from sweep.motion.origin import words_of_start
@@ -50,16 +50,16 @@ def contact_in_time(
     -------
     dict of str to (value, error)
         ``least_normal_force`` and ``friction_needed`` [1], NaN if the disk lifts off, with their errors. Empty if there
-        is no motion, if it cannot be computed, or if the atlas has no contact forces.
+        is no motion, if it did not end or cannot be computed, or if the atlas has no contact forces.
 
     Notes
     -----
-    The motion is computed forward until it turns, falls or runs out of time; if it turned, also backward from the
-    start. Past a turning point the motion only repeats itself, and might go wrong at a maximum of the potential.
+    The motion is computed forward until it turns or falls; if it turned, also backward from the start. Past a turning
+    point the motion only repeats itself, and might go wrong at a maximum of the potential.
     """
-    if spec.contact != "yes" or stored["ending"] not in (BOUNDED, FELL, HORIZON):
+    if spec.contact != "yes" or stored["ending"] not in (BOUNDED, FELL):
         return {}
-    time = _duration(spec, stored)
+    time = 0.51 * stored["nutation_period"] if stored["ending"] == BOUNDED else 1.01 * stored["fall_time"]
     # a motion that began flat has no duration
     if not time > 0.0:
         return {}
@@ -67,11 +67,8 @@ def contact_in_time(
         forward = _until_turn(simulate(_request(spec, start, time)))
         ways = [forward]
         if start["tilt_rate"] != 0.0 and _turned(forward):
-            # a cell that ran out of time has only the remaining time for the way back through its start
-            rest = time if stored["ending"] != HORIZON else time - 2.0 * _turning_time(forward)
             back = {**start, **{name: -start[name] for name in _STATE[1:]}}
-            if rest > 0.0:
-                ways.append(_until_turn(simulate(_request(spec, back, rest))))
+            ways.append(_until_turn(simulate(_request(spec, back, time))))
         extremes = [_extremes(spec, start, way, _CLOSER) for way in ways]
     except RequestError:
         return {}
@@ -85,13 +82,6 @@ def contact_in_time(
     )
 
 
-def _duration(spec: SweepSpec, stored: Mapping[str, float]) -> float:
-    """Return a time [s] in which the motion passes all its tilts on one side of its start."""
-    if stored["ending"] == BOUNDED:
-        return 0.51 * stored["nutation_period"]
-    return 1.01 * stored["fall_time"] if stored["ending"] == FELL else float(spec.duration)
-
-
 def _request(
     spec: SweepSpec, start: Mapping[str, float], time: float, samples: int = _SAMPLES
 ) -> MotionRequest:
@@ -102,13 +92,6 @@ def _request(
 def _turned(motion: "xr.Dataset") -> bool:
     rates = motion["tilt_rate"].values
     return bool(rates[-1] * rates[np.flatnonzero(rates)[0]] < 0.0) if rates.any() else False
-
-
-def _turning_time(motion: "xr.Dataset") -> float:
-    """Return the time [s] of the turning point between the last two samples of a motion."""
-    times, rates = motion["elapsed_time"].values, motion["tilt_rate"].values
-    share = rates[-2] / (rates[-2] - rates[-1])
-    return float(times[-2] + share * (times[-1] - times[-2]))
 
 
 def _until_turn(motion: "xr.Dataset") -> "xr.Dataset":

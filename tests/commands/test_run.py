@@ -175,7 +175,7 @@ def test_warmup_fills_the_cache(tmp_path):
     assert [line.split()[:3] for line in ready] == [[*name.split(), "ready"] for name in names]
     assert last.split() == ["cache", str(cache_root())]
     compiled = {path.name.partition("-")[0].rpartition(".")[2] for path in cache_root().rglob("*.nbc")}
-    assert {"integrate_of_disk", "reduce", "wells", "contact_extremes"} <= compiled
+    assert {"integrate_of_disk", "reduce", "wells", "contact"} <= compiled
     assert any(name.startswith("trajectory") or name.startswith("_trajectory") for name in compiled)
     assert list(tmp_path.iterdir()) == []
 

@@ -12,7 +12,7 @@ from kernels.disk.endings import BOUNDED, FELL, HORIZON, INVALID, STEADY
 from sweep.engine import compute
 from sweep.engine.grid import Span, starts_of, whole
 from sweep.errors import RequestError
-from sweep.model.disk.contact import CONTACT_EXTREMES
+from sweep.model.disk.contact import CONTACT
 from sweep.model.disk.exact import REDUCE, WELLS
 from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import CONTACT_VARIABLES, REDUCTION, VARIABLES
@@ -195,7 +195,7 @@ def test_the_hash_is_of_the_code_that_runs():
     other = SweepSpec(tilt="1deg,2deg", criterion="amplification:3", duration=1.0)
     assert compute.arithmetic_hash(other) == found[()]
     assert DISK.kernels(GRID) == (DISK.integrate,)
-    assert DISK.kernels(GRID.replace(method="exact", contact="yes")) == (REDUCE, WELLS, CONTACT_EXTREMES)
+    assert DISK.kernels(GRID.replace(method="exact", contact="yes")) == (REDUCE, WELLS, CONTACT)
 
 
 @pytest.mark.slow_lane

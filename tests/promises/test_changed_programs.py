@@ -35,10 +35,10 @@ HARMLESS = [
     ),
     ("sweep/request/sources.py", '"A range must have count', '"The range must have count'),
     ("sweep/engine/grid.py", "BLOCK_CELLS = 2**17", "BLOCK_CELLS = 2**16"),
-    ("kernels/disk/motion_arrays.py", '"friction_along"', '"friction_ahead"'),
+    ("kernels/bodies/motion_arrays.py", '"friction_along"', '"friction_ahead"'),
     ("sweep/version.py", '__version__ = "', '__version__ = "99.'),
     ("kernels/reduction/turning.py", "_EPS = 2.0**-52", "_EPS = 2.0**-51"),
-    ("kernels/disk/contact_extremes.py", "_KNOWN = 2.5e-7", "_KNOWN = 2.5e-8"),
+    ("kernels/reduction/contact_extremes.py", "_KNOWN = 2.5e-7", "_KNOWN = 2.5e-8"),
     ("sweep/figures/scales.py", "SQUEEZED = 20.0", "SQUEEZED = 30.0"),
 ]
 
@@ -57,7 +57,7 @@ DECISIVE = [
         "steady_roll_rate(tilt, starts",
     ),
     ("rk4", "sweep/request/sources.py", "return np.linspace(", "return np.geomspace("),
-    ("contact", "kernels/disk/contact_extremes.py", "_KNOWN = 2.5e-7", "_KNOWN = 2.5e-8"),
+    ("contact", "kernels/reduction/contact_extremes.py", "_KNOWN = 2.5e-7", "_KNOWN = 2.5e-8"),
     ("exact", "kernels/reduction/turning.py", "_EPS = 2.0**-52", "_EPS = 2.0**-51"),
 ]
 

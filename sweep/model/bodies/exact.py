@@ -3,17 +3,15 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kernels.bodies import arrays, shapes
-from kernels.disk import motion_arrays
 from sweep.model.bodies.shape import body_of
 from sweep.model.description import Columns, Request, Starts
+from sweep.model.disk.contact import CONTACT, contact_columns
 from sweep.model.disk.exact import AUDIT, REDUCE, ExactReduction
-from sweep.model.disk.path import PATHS, call_by_body, path_columns
+from sweep.model.disk.path import PATHS, path_columns
 from sweep.model.disk.tables import REDUCTION as OF_THE_DISK
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Quantity, table
@@ -21,7 +19,7 @@ from sweep.model.quantity import Array, Quantity, table
 _KERNELS = {
     "reduce": REDUCE,
     "paths": PATHS,
-    "contact": Kernel("kernels.reduction.contact_extremes", "contact", seconds=14.0),
+    "contact": CONTACT,
 }
 
 
@@ -47,15 +45,11 @@ def path_of_bodies(spec: Request, starts: Starts) -> Columns:
     return path_columns(rows, shapes.NAMES.index(spec.body), spec.fall_tilt)
 
 
-def contact_columns(spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:
-    """Return the extremes of the contact forces of cells (`kernels.reduction.contact_extremes`): arrays, shape (n,)."""
+def contact_of_bodies(spec: Request, starts: Starts) -> Columns:
+    """Return the extremes of the contact forces of cells, as by `sweep.model.disk.contact.contact_columns`."""
     rows = np.stack([starts[name] for name in arrays.PARAMETERS])
-    extremes = np.empty((len(motion_arrays.CONTACT), rows.shape[1]))
-    states = np.empty(rows.shape[1], np.int64)
-    kind = float(shapes.NAMES.index(spec.body))
     kernel = kernel_of(spec.body, "contact")
-    call_by_body(kernel, rows, (kind, float(spec.fall_tilt)), (extremes, states))
-    return {**dict(zip(motion_arrays.CONTACT, extremes, strict=True)), "contact_state": states}
+    return contact_columns(rows, shapes.NAMES.index(spec.body), spec.fall_tilt, kernel)
 
 
 class BodyReduction(ExactReduction):

@@ -13,7 +13,7 @@ from sweep.model.bodies import tables, theory
 from sweep.model.bodies.exact import (
     REDUCTION,
     BodyReduction,
-    contact_columns,
+    contact_of_bodies,
     kernel_of,
     path_of_bodies,
 )
@@ -29,7 +29,7 @@ from sweep.model.bodies.shape import (
 )
 from sweep.model.description import Columns, Model, Request, Starts, Words
 from sweep.model.disk import theory as of_disk
-from sweep.model.disk.contact import slipping
+from sweep.model.disk.contact import contact_columns, slipping
 from sweep.model.disk.exact import ExactReduction, reduce_bodies, without_vague
 from sweep.model.disk.initial_conditions import check_steady_rates, circling
 from sweep.model.disk.model import DISK, untimed
@@ -167,13 +167,14 @@ class Bodies(Model):
             path_columns,
             call_by_body,
             contact_columns,
+            contact_of_bodies,
         ]
 
     def measure_more(self, spec: Request, starts: Starts, measured: Columns) -> Columns:
         """Return the paths of the contact points and the extremes of the contact forces, if the spec asks for them."""
         return {
             **(path_of_bodies(spec, starts) if spec.path == "yes" else {}),
-            **(contact_columns(spec, starts) if spec.contact == "yes" else {}),
+            **(contact_of_bodies(spec, starts) if spec.contact == "yes" else {}),
         }
 
     def slipping(self, dataset: Any, friction: float) -> Any:

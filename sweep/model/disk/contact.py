@@ -4,40 +4,46 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kernels.disk import arrays, motion_arrays
+from kernels.bodies import arrays, shapes
 from sweep.errors import RequestError, plain_text, shown
 from sweep.model.description import Columns, Starts
+from sweep.model.disk.path import call_by_body, rows_of_disk
 from sweep.model.kernel import Kernel
+from sweep.model.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
-CONTACT_EXTREMES = Kernel("kernels.disk.contact_extremes", "contact_extremes", seconds=3.0)
+CONTACT = Kernel("kernels.reduction.contact_extremes", "contact", seconds=14.0)
 
 
-def contact_columns(starts: Starts, measured: Columns, fall_tilt: float) -> Columns:
-    """Return the extremes of the contact forces along the motions of cells.
+def contact_columns(rows: Array, number: int, fall_tilt: float, kernel: Kernel = CONTACT) -> Columns:
+    """Return the extremes of the contact forces along the motions of cells, for all time.
 
     Parameters
     ----------
-    starts : mapping of str to array, shape (n,)
-    measured : mapping of str to array, shape (n,)
-        Includes ``ending``, and ``tilt_min``, ``tilt_max``, ``tilt_error`` [rad], NaN where there is no motion.
+    rows : array, shape (len(kernels.bodies.arrays.PARAMETERS), n)
+    number : int
+        Of the kind of body (`kernels.bodies.shapes`).
     fall_tilt : float
         Tilt [rad] at which motions end.
+    kernel : Kernel
+        That of a meridian which is an arc of a circle, or another one.
 
     Returns
     -------
     mapping of str to array, shape (n,)
         The variables of `tables.CONTACT_VARIABLES`; NaN where a cell has no motion or they are not known.
     """
-    rows = np.stack([starts[name] for name in arrays.PARAMETERS])
-    extents = np.stack([measured[name] for name in motion_arrays.EXTENT])
-    extremes = np.empty((len(motion_arrays.CONTACT), rows.shape[1]))
+    extremes = np.empty((len(arrays.CONTACT), rows.shape[1]))
     states = np.empty(rows.shape[1], np.int64)
-    endings = measured["ending"].astype(np.int64)
-    CONTACT_EXTREMES.load()(rows, extents, endings, fall_tilt, extremes, states)
-    return {**dict(zip(motion_arrays.CONTACT, extremes, strict=True)), "contact_state": states}
+    call_by_body(kernel, rows, (float(number), fall_tilt), (extremes, states))
+    return {**dict(zip(arrays.CONTACT, extremes, strict=True)), "contact_state": states}
+
+
+def contact_of_disk(starts: Starts, fall_tilt: float) -> Columns:
+    """Return the extremes of the contact forces of thin disks, as by `contact_columns`."""
+    return contact_columns(rows_of_disk(starts), shapes.TORUS, fall_tilt)
 
 
 def slipping(dataset: "xr.Dataset", friction: float) -> "xr.DataArray":
@@ -57,7 +63,7 @@ def slipping(dataset: "xr.Dataset", friction: float) -> "xr.DataArray":
     RequestError
         If the atlas has no contact forces.
     """
-    names = (*motion_arrays.CONTACT, "contact_state")
+    names = (*arrays.CONTACT, "contact_state")
     if missing := [name for name in names if name not in dataset]:
         raise RequestError(
             f"This atlas lacks the contact forces that friction={friction:g} needs: {', '.join(missing)}.",
@@ -65,7 +71,5 @@ def slipping(dataset: "xr.Dataset", friction: float) -> "xr.DataArray":
             where=shown(plain_text(dataset.attrs.get("title", ""))) or None,
         )
     least_force, needed, state = (dataset[name] for name in names)
-    slips: xr.DataArray = (
-        (least_force <= 0.0) | (needed > friction) | (state == motion_arrays.UNRESOLVED_FORCES)
-    )
+    slips: xr.DataArray = (least_force <= 0.0) | (needed > friction) | (state == arrays.UNRESOLVED_FORCES)
     return slips.rename(f"slips or lifts off at friction {friction:g}")

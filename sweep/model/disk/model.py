@@ -10,7 +10,7 @@ import numpy as np
 from kernels.disk import arrays
 from sweep.model.description import Columns, Model, Request, Starts, Words
 from sweep.model.disk import tables, theory
-from sweep.model.disk.contact import CONTACT_EXTREMES, contact_columns, slipping
+from sweep.model.disk.contact import CONTACT, contact_columns, contact_of_disk, slipping
 from sweep.model.disk.exact import REDUCE, WELLS, ExactReduction, count_wells, reduce_bodies, without_vague
 from sweep.model.disk.initial_conditions import check_steady_rates, circling, complete, computed_rates
 from sweep.model.disk.path import (
@@ -143,7 +143,7 @@ class Disk(Model):
 
     def kernels(self, spec: Request) -> tuple[Kernel, ...]:
         """Return the kernels of the method, and of contact forces and path if the spec asks for them."""
-        contact = (CONTACT_EXTREMES,) if spec.contact == "yes" else ()
+        contact = (CONTACT,) if spec.contact == "yes" else ()
         path = (PATHS,) if spec.path == "yes" else ()
         first = (REDUCE, WELLS) if spec.method == "exact" else (self.integrate,)
         return (*first, *contact, *path)
@@ -155,7 +155,9 @@ class Disk(Model):
         if spec.method == "exact":
             code += [ExactReduction.measures, ExactReduction.rows, without_vague]
             code += [reduce_bodies, count_wells, rows_of_disk, call_by_body]
-        code += [contact_columns] if spec.contact == "yes" else []
+        code += (
+            [contact_of_disk, contact_columns, rows_of_disk, call_by_body] if spec.contact == "yes" else []
+        )
         if spec.path == "yes":
             code += [path_of_disk, path_columns, rows_of_disk, call_by_body]
         return code
@@ -163,7 +165,7 @@ class Disk(Model):
     def measure_more(self, spec: Request, starts: Starts, measured: Columns) -> Columns:
         """Return the extremes of the contact forces and the path of the contact point, if the spec asks for them."""
         return {
-            **(contact_columns(starts, measured, spec.fall_tilt) if spec.contact == "yes" else {}),
+            **(contact_of_disk(starts, spec.fall_tilt) if spec.contact == "yes" else {}),
             **(path_of_disk(starts, spec.fall_tilt) if spec.path == "yes" else {}),
         }
 

@@ -10,8 +10,8 @@ from types import MappingProxyType
 
 import numpy as np
 
+from kernels.bodies import arrays as motion
 from kernels.disk import endings as code
-from kernels.disk import motion_arrays as motion
 from sweep.model.disk.path import PATH
 from sweep.model.quantity import (
     AMPLIFIED,

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kernels.disk.motion_arrays import CONTACT
+from kernels.bodies.arrays import CONTACT
 from kernels.system.endings import DIFFERENT, FIRST_EVENT, RUNS_ON
 from sweep.engine.compute import compute
 from sweep.explorer.about import sides

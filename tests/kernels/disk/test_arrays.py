@@ -1,32 +1,28 @@
-from kernels.bodies.arrays import REDUCED
-from kernels.disk import arrays, motion_arrays
+import pytest
 
-#: Prefixes of the row constants by table.
-PREFIXES = {
-    "PARAMETERS": "",
-    "SETTINGS": "",
-    "MEASURES": "",
-    "COUNTS": "",
-    "CONTACT": "CONTACT_",
-    "TRAJECTORY_SETTINGS": "TRAJECTORY_",
-    "SAMPLES": "",
-    "DERIVED": "DERIVED_",
-}
+from kernels.bodies import arrays as bodies
+from kernels.bodies import motion_arrays
+from kernels.disk import arrays
+
+#: Module, table, and the prefix of its row constants.
+TABLES = [
+    *((arrays, table, "") for table in ("PARAMETERS", "SETTINGS", "MEASURES", "COUNTS")),
+    (bodies, "PARAMETERS", ""),
+    (bodies, "CONTACT", "CONTACT_"),
+    (motion_arrays, "SETTINGS", ""),
+]
 
 
-def test_each_row_number_is_the_place_of_its_name():
+@pytest.mark.parametrize(("module", "table", "prefix"), TABLES)
+def test_each_row_number_is_the_place_of_its_name(module, table, prefix):
     """The constant with the capitalized name is the index of the name in its table."""
-    for table in PREFIXES:
-        (module,) = {each for each in (arrays, motion_arrays) if table in vars(each)}
-        names = getattr(module, table)
-        # a row that another table has too has its constant there
-        rows = {**vars(arrays), **vars(module)}
-        assert [rows[PREFIXES[table] + name.upper()] for name in names] == list(range(len(names))), table
+    names = getattr(module, table)
+    assert [getattr(module, prefix + name.upper()) for name in names] == list(range(len(names)))
 
 
 def test_shared_rows_come_first():
     """Measures, also of the reduction, start with the extreme tilts, parameters and samples with the state."""
     count = len(arrays.EXTREME_TILTS)
-    assert arrays.MEASURES[:count] == REDUCED[:count] == arrays.EXTREME_TILTS
+    assert arrays.MEASURES[:count] == bodies.REDUCED[:count] == arrays.EXTREME_TILTS
     count = len(arrays.STATE)
     assert arrays.PARAMETERS[:count] == motion_arrays.SAMPLES[:count] == arrays.STATE

@@ -1,19 +1,15 @@
-"""Extremes of the contact forces of bodies, compared with a rigid body in space and with the thin disk."""
+"""Extremes of the contact forces of bodies, compared with a rigid body in space."""
 
 import math
 
 import numpy as np
 import pytest
-import referee
-from body_referee import LENGTHS, REFERENCE, Body, start_of, starts
+from body_referee import LENGTHS, REFERENCE, Body, start_of
 from body_runner import FALL_TILT, drawn
 from scipy.optimize import minimize_scalar
 
+from kernels.bodies.arrays import LIFTS_OFF, PRESSES
 from kernels.bodies.shapes import NAMES
-from kernels.disk import contact_extremes as of_disk
-from kernels.disk.arrays import TILT
-from kernels.disk.endings import BOUNDED, FELL
-from kernels.disk.motion_arrays import EXTENT, LIFTS_OFF, PRESSES
 from sweep.model.bodies.exact import kernel_of
 
 #: Accuracy of the time of an extreme.
@@ -91,29 +87,3 @@ def test_random_motions(count):
             assert np.isnan(extremes[1, 0])
         seen.add(int(states[0]))
     assert seen == {PRESSES, LIFTS_OFF}
-
-
-@pytest.mark.slow_lane
-def test_the_thin_disk_has_the_forces_of_its_own_kernel():
-    """Motions that nutate, fall or rest have the forces of the thin disk's own kernel."""
-    rng, n = np.random.default_rng(5), 300
-    rates = {
-        "tilt_rate": rng.normal(size=n),
-        "precession_rate": rng.normal(size=n),
-        "roll_rate": rng.normal(size=n),
-    }
-    rates = {name: each * (rng.random(n) < 0.8) for name, each in rates.items()}
-    tilt = rng.uniform(-1.3, 1.3, n)
-    own = referee.starts(tilt=tilt, **rates, alpha=0.5, radius=1.0, gravity=1.0)
-    given = starts(n, tilt=tilt, **rates, axial_moment=0.5, transverse_moment=0.25)
-    measures, counts = np.empty((5, n)), np.empty((1, n), np.int32)
-    kernel_of("torus", "reduce").load()(given, 0.0, FALL_TILT, 0, measures, counts)
-    extents = np.stack([measures[0], measures[1], np.full(n, 1e-12)])
-    assert EXTENT == ("tilt_min", "tilt_max", "tilt_error")
-    expected, known = np.empty((2, n)), np.empty(n, np.int64)
-    of_disk.contact_extremes(own, extents, counts[0].astype(np.int64), FALL_TILT, expected, known)
-    extremes, states = forces_of(given, "torus")
-    assert {BOUNDED, FELL} <= set(counts[0].tolist())
-    assert np.array_equal(own[TILT], given[0])
-    assert np.array_equal(states, known)
-    np.testing.assert_allclose(extremes, expected, rtol=1e-6, atol=1e-6)

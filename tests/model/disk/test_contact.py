@@ -5,9 +5,9 @@ import xarray as xr
 from messages import refused
 
 import sweep
+from kernels.bodies.arrays import LIFTS_OFF, PRESSES, UNRESOLVED_FORCES
 from kernels.disk.arrays import PARAMETERS
 from kernels.disk.endings import BOUNDED, FELL
-from kernels.disk.motion_arrays import LIFTS_OFF, PRESSES, UNRESOLVED_FORCES
 from sweep.checks.compare import compare
 from sweep.checks.explain import explain
 from sweep.model.disk.contact import slipping

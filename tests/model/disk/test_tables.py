@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 
+from kernels.bodies import arrays as body_arrays
 from kernels.bodies.arrays import REDUCED
-from kernels.disk import arrays, endings, motion_arrays
+from kernels.disk import arrays, endings
 from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import (
     CONTACT_VARIABLES,
@@ -73,10 +74,10 @@ def test_rows_are_those_of_the_kernels():
     assert tuple(PARAMETERS) == arrays.PARAMETERS
     assert tuple(SETTINGS) == arrays.SETTINGS
     assert (DISK.measures, DISK.counts) == (arrays.MEASURES, arrays.COUNTS)
-    assert tuple(CONTACT_VARIABLES) == (*motion_arrays.CONTACT, "contact_state")
+    assert tuple(CONTACT_VARIABLES) == (*body_arrays.CONTACT, "contact_state")
     states = ("NO_MOTION", "PRESSES", "LIFTS_OFF", "UNRESOLVED_FORCES")
     flags = CONTACT_VARIABLES["contact_state"].flags
-    assert [flags[getattr(motion_arrays, name)] for name in states] == [
+    assert [flags[getattr(body_arrays, name)] for name in states] == [
         "no_motion", "presses", "lifts_off", "unresolved"
     ]  # fmt: skip
     assert {*DISK.measures, *DISK.counts} <= set(VARIABLES)

@@ -77,7 +77,7 @@ class Cells {
       name in kernels.note.entries ? kernels.memoryOf(name) : [];
     this.#reducing = memoryOf("reduce");
     this.#counting = memoryOf("wells");
-    this.#meeting = [...memoryOf("contact_extremes"), ...memoryOf("contact")];
+    this.#meeting = memoryOf("contact");
     this.#paths = new scope.Paths(kernels);
     this.#base = kernels.top;
   }
@@ -110,7 +110,7 @@ class Cells {
     const paths = this.#paths.columns(plan, bodies, number, wanted);
     const measured =
       plan.model === "disk" || isOfBody(plan)
-        ? this.#reduced(plan, [block, bodies], number, count, timed, wanted)
+        ? this.#reduced(plan, bodies, number, count, timed, wanted)
         : this.#integrated(plan, block, count);
     const starts = this.#columns(block, parameters);
     return diskColumns(plan, starts, { ...paths, ...measured }, count, wanted);
@@ -168,14 +168,14 @@ class Cells {
   /**
    * Return cells from the reduction; cells whose error exceeds the tolerance are unresolved.
    * @param {Plan} plan
-   * @param {[Block, Block]} starts  of the plan, and the same as bodies
+   * @param {Block} bodies
    * @param {number} number  of the body
    * @param {number} count
    * @param {boolean} timed
    * @param {string} [wanted]
    * @returns {Columns}
    */
-  #reduced(plan, [starts, bodies], number, count, timed, wanted) {
+  #reduced(plan, bodies, number, count, timed, wanted) {
     const kernels = this.#kernels;
     const wells = needsWells(plan, wanted) ? this.#wells(bodies, number, count) : null;
     const measures = kernels.array("float64", MEASURES.length, count);
@@ -202,7 +202,7 @@ class Cells {
       ending[i] = plan.unresolved;
     }
     if (!(plan.contact && timed)) return reduced();
-    const met = this.#met(plan, starts, [measures, counts], count);
+    const met = this.#met(plan, bodies, number, count);
     return { ...reduced(), ...met };
   }
 
@@ -232,26 +232,17 @@ class Cells {
   /**
    * Return the extremes of the contact forces.
    * @param {Plan} plan
-   * @param {Block} starts
-   * @param {[Block, Block]} reduced  measures and counts
+   * @param {Block} bodies
+   * @param {number} number  of the body
    * @param {number} count
    * @returns {Columns}
    */
-  #met(plan, starts, [measures, counts], count) {
+  #met(plan, bodies, number, count) {
     const kernels = this.#kernels;
     const extremes = kernels.array("float64", 2, count);
     const states = kernels.array("int64", count);
     const { fall_tilt } = plan.settings;
-    const found = [extremes, states, ...this.#meeting];
-    if (isOfBody(plan)) kernels.treat("contact", count, starts, plan.body.number, fall_tilt, ...found);
-    else {
-      const extents = kernels.array("float64", 3, count);
-      const endings = kernels.array("int64", count);
-      const { tilt_min: least, tilt_max: greatest, tilt_error: error } = this.#columns(measures, MEASURES);
-      kernels.rows(extents).forEach((row, i) => row.set([least, greatest, error][i]));
-      kernels.numbers(endings).set(BigInt64Array.from(this.#columns(counts, COUNTS).ending, BigInt));
-      kernels.treat("contact_extremes", count, starts, extents, endings, fall_tilt, ...found);
-    }
+    kernels.treat("contact", count, bodies, number, fall_tilt, extremes, states, ...this.#meeting);
     const contact_state = Int32Array.from(kernels.numbers(states), Number);
     return { ...this.#columns(extremes, ["least_normal_force", "friction_needed"]), contact_state };
   }

@@ -1,4 +1,4 @@
-"""Extremes of the contact forces, compared with dense integrations in time with Lagrange's forces."""
+"""Extremes of the contact forces of the thin disk, compared with dense integrations in time with Lagrange's forces."""
 
 import math
 
@@ -7,17 +7,17 @@ import pytest
 import referee
 from thin_disk import contact_forces
 
-from kernels.disk import endings
-from kernels.disk import equations as disk
-from kernels.disk.motion_arrays import (
+from kernels.bodies.arrays import (
     CONTACT,
     LIFTS_OFF,
     NO_MOTION,
     PRESSES,
     UNRESOLVED_FORCES,
 )
+from kernels.disk import endings
+from kernels.disk import equations as disk
+from kernels.disk.steady import steady_roll_rate
 from sweep.engine.compute import compute
-from sweep.model.disk.contact import CONTACT_EXTREMES
 from sweep.request.spec import SweepSpec
 
 pytestmark = pytest.mark.compiled
@@ -53,16 +53,6 @@ def start(**changed):
         "gravity": 9.81,
     }
     return {name: np.array([value]) for name, value in {**disk_of_the_report, **changed}.items()}
-
-
-def extremes(given, tilts, ending=endings.HORIZON, error=0.0):
-    """Return the kernel's forces, shape (2, n), and states for starts (columns) between two tilts."""
-    rows = np.stack([given[name] for name in NAMES])
-    n = rows.shape[1]
-    extents = np.stack([np.broadcast_to(each, n) for each in (*tilts, error)]).astype(float)
-    forces, states = np.zeros((len(CONTACT), n)), np.full(n, -1)
-    CONTACT_EXTREMES.load()(rows, extents, np.full(n, ending), referee.FALL_TILT, forces, states)
-    return forces, states
 
 
 def off(found, true):
@@ -119,8 +109,6 @@ def test_no_extreme_is_missed():
         # a fall that starts in the other direction, and a kick into either well
         ({"tilt": 0.8, "tilt_rate": -1.5, "precession_rate": 0.3}, 300.0),
         ({"tilt_rate": 0.01, "roll_rate": 2.0}, 300.0),
-        # time ends it before it turns
-        ({"tilt": 0.1, "roll_rate": 3.0}, 0.05),
     ]:
         changed, duration = case
         given = start(**changed)
@@ -149,42 +137,36 @@ def test_images_have_the_same_bits():
             assert found[name][alike].tobytes() == other[name][alike].tobytes(), (turned, name)
 
 
-def test_one_tilt_alone_is_the_start():
-    """If both extreme tilts equal the start, the forces are those of the start."""
-    given = random_starts(200, np.random.default_rng(4))
-    (normal, needed), states = extremes(given, (given["tilt"], given["tilt"]))
-    for i in range(200):
-        one = {name: float(values[i]) for name, values in given.items()}
-        unit = math.sqrt(one["radius"] / one["gravity"])
-        state = disk.scaled_state(one["tilt"], *(one[name] for name in RATES), unit)
-        force, across, along = contact_forces(state, one["alpha"])
-        assert normal[i] == pytest.approx(force, rel=1e-12, abs=1e-12 * (1.0 + state[5] ** 2))
-        assert states[i] == (PRESSES if force > 0.0 else LIFTS_OFF)
-        if force > 0.0:
-            assert needed[i] == pytest.approx(math.hypot(across, along) / force, rel=1e-9)
-        else:
-            assert math.isnan(needed[i])
+def test_a_steady_motion_has_the_forces_of_its_start():
+    """A disk that circles steadily keeps its tilt, and its forces."""
+    for tilt, rate in ((0.3, 1.5), (-0.7, 4.0), (1.2, -3.0)):
+        roll = float(steady_roll_rate(tilt, rate, 0.5, 0.5, 9.81))
+        found = compute(SPEC, start(tilt=tilt, precession_rate=rate, roll_rate=roll))
+        state = disk.scaled_state(tilt, 0.0, rate, roll, math.sqrt(0.5 / 9.81))
+        force, across, along = contact_forces(state, 0.5)
+        assert found["contact_state"] == PRESSES
+        assert found["least_normal_force"] == pytest.approx(force, rel=1e-9)
+        assert found["friction_needed"] == pytest.approx(math.hypot(across, along) / force, rel=1e-9)
 
 
-def test_what_is_not_known_is_missing():
-    """Without a motion, or if tilts or forces are inconsistent or uncertain, no forces are given."""
-    kick = start(tilt_rate=0.01, roll_rate=2.0)
-    turn = float(compute(SPEC, kick)["tilt_max"][0])
-    assert extremes(kick, (-turn, turn), endings.BOUNDED)[1] == PRESSES
-    forces, state = extremes(kick, (np.nan, np.nan), endings.UNRESOLVED)
-    assert np.isnan(forces).all()
-    assert state == NO_MOTION
-    # the disk turns before 60 deg, so this tilt is impossible for any ending
-    for ending in (endings.BOUNDED, endings.HORIZON, endings.FELL):
-        forces, state = extremes(kick, (-turn, math.radians(60.0)), ending)
-        assert np.isnan(forces).all()
-        assert state == UNRESOLVED_FORCES
-    # here the force changes with the tilt, so an error of the last tilt matters
-    slow = start(tilt=0.3, tilt_rate=2.0, precession_rate=1.0)
-    assert extremes(slow, (0.3, 0.5), error=1e-9)[1] == PRESSES
-    forces, state = extremes(slow, (0.3, 0.5), error=1e-3)
-    assert state == UNRESOLVED_FORCES
-    assert np.isnan(forces).all()
+def test_the_forces_are_those_of_the_whole_motion():
+    """They do not depend on the duration, even if the time is over before the disk turns."""
+    given = start(tilt=0.1, roll_rate=3.0)
+    short, long = (compute(SPEC.replace(duration=duration), given) for duration in (0.05, 300.0))
+    assert (short["ending"], long["ending"]) == (endings.HORIZON, endings.BOUNDED)
+    check(
+        {name: values[0] for name, values in long.items()},
+        {name: values[0] for name, values in given.items()},
+    )
+    for name in (*CONTACT, "contact_state"):
+        assert short[name].tobytes() == long[name].tobytes()
+
+
+def test_an_impossible_start_has_no_forces():
+    """Without a motion the forces are missing."""
+    found = compute(SPEC, start(tilt=np.nan))
+    assert (found["ending"], found["contact_state"]) == (endings.INVALID, NO_MOTION)
+    assert np.isnan([found[name] for name in CONTACT]).all()
 
 
 def test_a_normal_force_of_rounding_gives_no_coefficient():
