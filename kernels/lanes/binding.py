@@ -29,7 +29,8 @@ def bind(model, made=None):
     Returns
     -------
     kernels.native.entry.ParallelEntry
-        `kernels.lanes.schedule.integrate`, which calls the functions of the model.
+        `kernels.lanes.schedule.integrate`, which calls the functions of the model; its attribute `lane_model` is the
+        model, for a device.
 
     Raises
     ------
@@ -38,7 +39,9 @@ def bind(model, made=None):
     """
     replaced = replacements(model)
     entry = rebound_for(model.name, schedule.integrate, replaced, model.flags or {}, _recompiled, made)
-    return entry.copied(entry.py_func, copied(model.name, schedule.memory_of_thread, replaced))
+    bound = entry.copied(entry.py_func, copied(model.name, schedule.memory_of_thread, replaced))
+    bound.lane_model = model
+    return bound
 
 
 def variant(entry, name, flags, made=None):
@@ -69,6 +72,7 @@ def variant(entry, name, flags, made=None):
 def replacements(model):
     """Return the values that replace the names of `kernels.lanes.interface` for a model, as a dict."""
     numbers = {name: getattr(model.layout, name) for name in _LAYOUT} | {"FURTHER_STEPS": model.further_steps}
+    numbers["TOTAL"] = numbers["STEPPING"] + numbers["SIZE"]
     return numbers | {name: getattr(model, name) for name in _FUNCTIONS}
 
 

@@ -26,12 +26,15 @@ def warmup() -> None:
     EULERDISK_CACHE_DIR sets another folder for the cache. The kernels are specific to the processor that compiles them.
     EULERDISK_NOTICES=no silences the notices about slow steps.
     """
+    from sweep.engine.compute import problem_of_cuda
     from sweep.model.kernel import cache_root, check_cache
 
     tasks, kernels = usual_tasks()
     for name, seconds in perform(tasks):
         show(f"{name:<20} ready after {seconds:.1f} s")
     check_cache(kernels)
+    problem = problem_of_cuda()
+    show(f"device  {f'cpu only: {problem}' if problem else 'cpu, and cuda with device=cuda'}")
     show(f"cache  {cache_root()}")
 
 

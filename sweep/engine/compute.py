@@ -172,7 +172,7 @@ def _integrator(kernel: Kernel, device: str) -> Any:
         return kernel.load()
     # checked here too: a file from another machine may name the device
     _check_cuda()
-    return import_module(_CUDA).bind(import_module(kernel.module).LANE_MODEL)
+    return import_module(_CUDA).bind(getattr(import_module(kernel.module), kernel.function).lane_model)
 
 
 def check_device(spec: SweepSpec) -> None:
@@ -187,9 +187,9 @@ def check_device(spec: SweepSpec) -> None:
     spec.criterion.check_new_cells()
     if spec.device == "cpu":
         return
-    if spec.method != "rk4":
+    if spec.method == "exact":
         raise RequestError(
-            f"device=cuda needs method=rk4; got method={spec.method} device={spec.device}.",
+            f"device=cuda integrates in time; got method={spec.method} device={spec.device}.",
             hint="Leave device out: the exact method is fast without it.",
             where="device",
         )
@@ -197,25 +197,24 @@ def check_device(spec: SweepSpec) -> None:
 
 
 def _check_cuda() -> None:
-    missing = _missing_cuda()
-    if missing:
+    problem = problem_of_cuda()
+    if problem:
         raise RequestError(
-            f"This machine cannot compute with CUDA: {missing}. device=cuda needs an NVIDIA device, its driver and the "
+            f"This machine cannot compute with CUDA: {problem}. device=cuda needs an NVIDIA device, its driver and the "
             "package numba-cuda.",
-            hint="Install the driver and `pip install numba-cuda`, or leave device=cuda out.",
+            hint="Install the driver and `pip install 'numba-cuda[cu13]' 'numpy<2.5'`, or leave device=cuda out.",
             where="device",
         )
 
 
 @lru_cache
-def _missing_cuda() -> str:
-    """Return why CUDA cannot be used; empty if it can."""
+def problem_of_cuda() -> str:
+    """Return why no device computes cells, without a period; empty if one does."""
     try:
-        from numba import cuda
-
-        return "" if cuda.is_available() else "no device with a driver was found"
-    except ImportError as problem:
-        return str(problem)
+        problem: str = import_module(_CUDA).problem()
+    except ImportError as error:
+        return str(error)
+    return problem
 
 
 def check_block_cells(cells: int | None) -> None:

@@ -39,6 +39,7 @@ MOST_STEPS = 10**8
 
 def options(model: Model) -> Mapping[str, Word]:
     """Return the text options of a request, including the model's options."""
+    no_cuda = "" if "cuda" in model.devices else "compiling cells with losses for a GPU takes minutes"
     no_exact = "" if model.exact is not None else f"the model {model.name} has no exact reduction"
     return table(
         Word("title", "title of the atlas, in one line", ""),
@@ -46,7 +47,7 @@ def options(model: Model) -> Mapping[str, Word]:
         Word("method", "how the motion is integrated", model.methods[0], model.methods, remark=no_exact),
         *model.options.values(),
         Word("boundary", "accuracy of the boundary", GRID),
-        Word("device", "device that computes the cells", model.devices[0], model.devices),
+        Word("device", "device that computes the cells", model.devices[0], model.devices, remark=no_cuda),
     )
 
 

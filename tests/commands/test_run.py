@@ -167,7 +167,8 @@ def test_warmup_fills_the_cache(tmp_path):
     """
     done = run(tmp_path, "warmup")
     assert (done.returncode, done.stderr) == (0, "")
-    *ready, last = done.stdout.splitlines()
+    *ready, device, last = done.stdout.splitlines()
+    assert device.startswith("device  cpu")
     names = ["disk rk4", "disk exact", "disk contact=yes", "disk path=yes", "disk motion"]
     names += ["lossy_disk rk4", "lossy_disk coin", "lossy_disk toy", "lossy_disk motion"]
     names += ["bodies contact=yes", "bodies thick_coin"]

@@ -45,7 +45,7 @@ class Bodies(Model):
     name = "bodies"
     parameters, settings, options = tables.PARAMETERS, tables.SETTINGS, tables.OPTIONS
     substitutes = tables.SUBSTITUTES
-    devices, methods = ("cpu",), ("rk4", "exact")
+    methods = ("rk4", "exact")
     chosen_by, does_without = tables.CHOOSING, ("alpha",)
     endings, variables = tables.ENDINGS, tables.VARIABLES
     measures, counts = arrays.MEASURES, arrays.COUNTS

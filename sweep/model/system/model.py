@@ -38,7 +38,7 @@ class SystemModel(Model):
     definition : Definition
     """
 
-    methods, devices = ("taylor",), ("cpu",)
+    methods = ("taylor",)
     coordinate, extremes = "", ()
     # a system has no presets: `sweep.request.spec_file` finds those of the examples
     presets = Path(__file__).with_name("none")

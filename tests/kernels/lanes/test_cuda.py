@@ -1,15 +1,13 @@
-"""The disk on a CUDA device, in Numba's simulator, compared with the CPU."""
+"""Models on a CUDA device, in Numba's simulator, compared with the CPU."""
 
 import kernel_runner
 import numpy as np
 import pytest
 import referee
-from messages import refused
 
 from kernels.disk.endings import FELL, HORIZON, INVALID, STEADY, UNRESOLVED
-from kernels.disk.integrate import LANE_MODEL as DISK
-from kernels.lanes.cuda import bind
-from kernels.lossy_disk.integrate import LANE_MODEL as LOSSY_DISK
+from sweep.engine.grid import whole
+from sweep.request.spec import SweepSpec
 
 _SIMULATED = """
 import sys, numpy as np
@@ -22,13 +20,6 @@ with np.errstate(all="ignore"):  # plain Python warns of what compiled code pass
     bind(LANE_MODEL)(held["starts"], held["settings"], measures, counts)
 np.savez(sys.argv[2], measures=measures, counts=counts)
 """
-
-
-def test_a_model_with_stages_of_the_cpu_alone_is_refused():
-    """A model with CPU-only further steps would silently get legs of a quarter of their length."""
-    for name in ("further_step", "go_on"):
-        with refused("'disk'", "CUDA", f"'{name}'", error=ValueError):
-            bind(DISK._replace(**{name: getattr(LOSSY_DISK, name)}))
 
 
 def simulated(tmp_path, starts, duration=300.0, step=0.0, tolerance=1e-8):
@@ -83,3 +74,71 @@ def test_every_ending_and_refinement_on_the_device(tmp_path):
     hopeless = {"step": 1e-7, "duration": 1e3}
     device, cpu = simulated(tmp_path, long, **hopeless), kernel_runner.run(long, **hopeless)
     assert list(device.ending) == list(cpu.ending) == [UNRESOLVED] * 2
+
+
+_SIMULATED_MODEL = """
+import sys, numpy as np
+from importlib import import_module
+from kernels.lanes.cuda import bind, problem
+from sweep.request.spec import SweepSpec
+given, found, preset, *words = sys.argv[1:]
+assert problem() == ""
+spec, held = SweepSpec.from_words(preset, words), np.load(given)
+kernel = spec.model.integrator(spec)
+measures, counts = held["measures"].copy(), held["counts"].copy()
+with np.errstate(all="ignore"):
+    bind(getattr(import_module(kernel.module), kernel.function).lane_model)(
+        held["starts"], held["settings"], measures, counts
+    )
+np.savez(found, measures=measures, counts=counts)
+"""
+
+
+@pytest.mark.slow_lane
+@pytest.mark.compiled
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["torus", "tube=0.1,0.3", "scaled_roll_rate=0.3:0.5:3"],
+        [
+            "rolling",
+            "body=rim",
+            "thickness=0.2",
+            "fillet=0.05",
+            "tilt=-40deg,20deg",
+            "roll_rate=3",
+            "duration=1",
+        ],
+        [
+            "rolling",
+            "tilt=20deg,70deg",
+            "roll_rate=3",
+            "contour_friction=1mm",
+            "friction=0.3",
+            "duration=0.3",
+        ],
+        ["kapitza", "shake=90,110", "angle=1deg,5deg", "duration=1s"],
+    ],
+    ids=["torus", "rim", "losses", "kapitza"],
+)
+def test_other_models_on_the_device(tmp_path, words):
+    """Bodies, losses with their further steps, and systems whose lanes go on have the CPU's endings and values."""
+    spec = SweepSpec.from_words(words[0], words[1:])
+    model, starts = spec.model, np.stack([*whole(spec).values()])
+    settings = model.kernel_settings(spec)
+    n = starts.shape[1]
+    measures, counts = np.full((len(model.measures), n), -7.0), np.full((len(model.counts), n), -7, np.int32)
+    given, found = tmp_path / "given.npz", tmp_path / "found.npz"
+    np.savez(given, starts=starts, settings=settings, measures=measures, counts=counts)
+    done = kernel_runner.process(
+        ["-c", _SIMULATED_MODEL, given, found, *words], simulator=True, folder=tmp_path
+    )
+    assert done.returncode == 0, done.stderr
+    model.integrator(spec).load()(starts, settings, measures, counts)
+    with np.load(found) as device:
+        np.testing.assert_allclose(device["measures"], measures, rtol=1e-9, atol=1e-11)
+        # the last bit can move an event across the end of a step
+        assert np.abs(device["counts"].astype(int) - counts).max() <= 2
+        whole_numbers = [row for row, name in enumerate(model.counts) if "ending" in name]
+        assert (device["counts"][whole_numbers] == counts[whole_numbers]).all()
+        assert len(whole_numbers) > 0
