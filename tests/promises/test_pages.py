@@ -45,7 +45,6 @@ READ_ONLY = {"gallery.md": "", "motions.md": "animate"}
 NOT_RUN = (
     "dask ",
     "run rolling -o atlas.nc --dask tcp",
-    "pip install",
     "run thomas device=cuda",
     "explore toy.nc",
     "pip ",
