@@ -7,7 +7,7 @@ import numpy as np
 import referee
 from scipy.integrate import solve_ivp
 
-from kernels.bodies.shapes import Body
+from kernels.bodies.shapes import thin_disk
 from kernels.bodies.trajectory import forces
 
 #: Rows of a motion: the state and the path, in the order in which files have them.
@@ -17,7 +17,7 @@ ROWS = (
 
 
 def _forces_of(state, alpha):
-    return forces(state, state, Body(1.0, 0.0, 0.0, 1.0, alpha, 0.5 * alpha, 2.0))
+    return forces(state, state, thin_disk(alpha))
 
 
 def contact_forces(state, alpha):

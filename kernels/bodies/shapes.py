@@ -39,6 +39,11 @@ class Body(NamedTuple):
     ratio: Any
 
 
+def thin_disk(alpha):
+    """Return the `Body` of a thin disk whose axial moment is alpha m R^2."""
+    return Body(1.0, 0.0, 0.0, 1.0, alpha, 0.5 * alpha, 2.0)
+
+
 def arc_of(body, tube, thickness, fillet, offset, flattening):
     """Return the `Arc` of a body, from lengths over the outer radius; lengths that it does not have are not read.
 

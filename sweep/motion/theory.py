@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kernels.bodies.shapes import Body
+from kernels.bodies.shapes import Body, thin_disk
 from kernels.bodies.steady import nearby
-from kernels.disk import arrays
-from kernels.disk.steady import stability_coefficient
+from sweep.model.bodies.shape import body_of
 from sweep.model.quantity import Array
+from sweep.motion.request import MotionRequest
 from sweep.motion.sampling import ending_of, request_of
 from sweep.motion.tables import TIME
 
@@ -39,45 +39,13 @@ class LinearMotion:
     y: Array
 
 
-def linear_motion(start: Array, times: Array) -> LinearMotion:
+def rolling_body(request: MotionRequest, start: Mapping[str, float]) -> Body:
+    """Return the body of a motion, from its request and the parameters of its start."""
+    return thin_disk(start["alpha"]) if "alpha" in start else body_of(request, start)  # type: ignore[arg-type]
+
+
+def linear_motion(start: Mapping[str, float], body: Body, times: Array) -> LinearMotion:
     """Return the motion of a start in linear theory.
-
-    Parameters
-    ----------
-    start : float64 array, shape (len(PARAMETERS),)
-        Rows as in `kernels.disk.arrays.PARAMETERS`.
-    times : float64 array, shape (n,)
-        Increasing from 0 [s], and close enough to draw the path through.
-
-    Returns
-    -------
-    LinearMotion
-
-    Notes
-    -----
-    Along a motion the rates are functions of the tilt (Chaplygin 1897), with d(precession)/d(tilt) = -2 roll/cos(tilt)
-    and d(roll)/d(tilt) = [2(1+alpha) roll sin - (2+alpha) precession cos^2]/[(1+alpha) cos]. To first order in the
-    distance d from the start tilt, the equation of the tilt is d'' = a - k d, with the acceleration a and the stability
-    coefficient k of the start. The path follows from the rates to first order in d.
-    """
-    tilt, rate, turning, rolling = (float(value) for value in start[: len(arrays.STATE)])
-    alpha, radius, gravity = (float(start[row]) for row in (arrays.ALPHA, arrays.RADIUS, arrays.GRAVITY))
-    sin, cos = math.sin(tilt), math.cos(tilt)
-    k = float(stability_coefficient(tilt, turning, rolling, alpha, radius, gravity))
-    push = 2.0 * gravity / radius * sin + (2.0 + alpha) * turning**2 * sin * cos
-    acceleration = (push + 2.0 * (1.0 + alpha) * rolling * turning * cos) / (2.0 + alpha)
-    away = _driven(k, acceleration, rate, times)
-    turn = turning - 2.0 * rolling / cos * away
-    spin_up = (2.0 * (1.0 + alpha) * rolling * sin - (2.0 + alpha) * turning * cos**2) / ((1.0 + alpha) * cos)
-    roll = rolling + spin_up * away
-    heading = _integral(turn, times)
-    x = _integral(-radius * roll * np.sin(heading), times)
-    y = _integral(radius * roll * np.cos(heading), times)
-    return LinearMotion(k, tilt + away, x, y)
-
-
-def linear_motion_of_body(start: Mapping[str, float], body: Body, times: Array) -> LinearMotion:
-    """Return the motion of a body of revolution in linear theory; see `linear_motion`.
 
     Parameters
     ----------
@@ -85,10 +53,13 @@ def linear_motion_of_body(start: Mapping[str, float], body: Body, times: Array) 
         Tilt [rad] and rates [rad/s], radius [m] and gravity [m/s^2].
     body : kernels.bodies.shapes.Body
     times : float64 array, shape (n,)
+        Increasing from 0 [s], and close enough to draw the path through.
 
     Notes
     -----
-    Rates are linear in the distance from the start tilt (`kernels.bodies.steady.nearby`).
+    Along a motion the rates are functions of the tilt (Chaplygin 1897). To first order in the distance d from the start
+    tilt, they are linear in d, and d'' = a - k d, with the acceleration a and the stability coefficient k of the start
+    (`kernels.bodies.steady.nearby`). The path follows from the rates.
     """
     radius, unit = start["radius"], math.sqrt(start["radius"] / start["gravity"])
     sin, cos = math.sin(start["tilt"]), math.cos(start["tilt"])

@@ -33,12 +33,12 @@ from sweep.figures.panels_in_time import (
 )
 from sweep.figures.sheet import sheet
 from sweep.figures.texts import number
-from sweep.model.bodies.shape import body_of, on_end
+from sweep.model.bodies.shape import on_end
 from sweep.model.quantity import Array
 from sweep.motion.contact import RollingLimit, rolling_limit
 from sweep.motion.sampling import closely_sampled, is_of_body, kind_of, request_of
 from sweep.motion.tables import TIME, TRAJECTORY
-from sweep.motion.theory import LinearMotion, linear_motion, linear_motion_of_body
+from sweep.motion.theory import LinearMotion, linear_motion, rolling_body
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -264,10 +264,7 @@ def _linear(dataset: "xr.Dataset") -> tuple[LinearMotion, Array]:
     """
     times = np.linspace(0.0, float(dataset[TIME.name][-1]), _FINE)
     start = {name: dataset[name].values.flat[0] for name in kind_of(dataset).model.parameters}
-    if is_of_body(dataset):
-        linear = linear_motion_of_body(start, body_of(request_of(dataset), start), times)
-    else:
-        linear = linear_motion(np.array([*start.values()]), times)
+    linear = linear_motion(start, rolling_body(request_of(dataset), start), times)
     far = np.abs(linear.tilt) > _SEEN * np.abs(dataset["tilt"].values).max()
     upto = int(np.argmax(far)) if far.any() else _FINE
     if is_of_body(dataset) and on_end(request_of(dataset), start):
