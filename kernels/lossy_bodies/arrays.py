@@ -9,6 +9,8 @@ from kernels.lossy_disk import arrays as disk
 #: Start of a cell: the start of a body without losses; mass, loss coefficients and friction of the disk with losses.
 PARAMETERS = bodies.PARAMETERS + disk.PARAMETERS[disk.MASS :]
 (
+    RADIUS,
+    GRAVITY,
     MASS,
     ROLLING_FRICTION,
     PIVOTING_FRICTION,
@@ -20,8 +22,8 @@ PARAMETERS = bodies.PARAMETERS + disk.PARAMETERS[disk.MASS :]
 ) = (
     PARAMETERS.index(name)
     for name in (
-        "mass", "rolling_friction", "pivoting_friction", "contour_friction", "contour_damping", "air_viscosity",
-        "air_density", "friction",
+        "radius", "gravity", "mass", "rolling_friction", "pivoting_friction", "contour_friction", "contour_damping",
+        "air_viscosity", "air_density", "friction",
     )
 )  # fmt: skip
 

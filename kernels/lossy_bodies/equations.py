@@ -26,7 +26,8 @@ from kernels.bodies.equations import (
 from kernels.jit import kernel, simd
 from kernels.lossy_disk.contact import _forces
 from kernels.lossy_disk.contact_motion import spin_state
-from kernels.lossy_disk.loss_laws import Load, Losses
+from kernels.lossy_disk.loss_laws import Load
+from kernels.lossy_disk.losses import losses_at
 
 
 class Rolling(NamedTuple):
@@ -100,14 +101,6 @@ def place_at(S, C, T, body):
         a, b, lever, curvature_radius(S, C, body), evolute(S, C, body), D * inverse,
         of_s + both * T, -(of_o * T + both), of_s * S - both * C, of_o * C - both * S, per_D,
     )  # fmt: skip
-
-
-@simd
-def losses_at(a, losses):
-    """Return the coefficients of the laws if the contact point is at the distance a from the axis of the body."""
-    return Losses(
-        a * losses.contour, a * a * losses.damping, losses.rolling, losses.pivoting, losses.film, losses.layer
-    )
 
 
 @simd

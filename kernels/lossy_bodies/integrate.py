@@ -7,13 +7,14 @@ the names in `DIFFERENT` refer to the functions of a body.
 
 from kernels.bodies.equations import per_inertia
 from kernels.lanes.binding import bind
-from kernels.lossy_bodies import equations, lane_step, layout, stages
+from kernels.lossy_bodies import arrays, equations, lane_step, layout, stages
 from kernels.lossy_disk import integrate as disk
 
 #: Names of the modules of the disk -> their replacements, also used by a single motion in time
 #: (`kernels.lossy_bodies.trajectory`).
 MECHANICS = {
     "EDGED": True,
+    "loss_row": arrays,
     "per_inertia": per_inertia,
     **{
         name: getattr(equations, name)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from kernels.bodies import arrays as body_row
 from kernels.bodies.equations import energy_gained, whole_energy
-from kernels.bodies.shapes import RIM, TORUS, Body
+from kernels.bodies.shapes import RIM, TORUS, thin_disk
 from kernels.bodies.starts import body_of, is_possible, side_of
 from kernels.disk.equations import scaled
 from kernels.jit import kernel, simd
@@ -18,12 +18,15 @@ from kernels.lossy_bodies.equations import Rolling
 from kernels.lossy_disk.arrays import NO_AIR
 from kernels.lossy_disk.endings import EDGE_CHANGE, FLAT, INVALID, UNDISTURBED
 from kernels.lossy_disk.follow import MOVING
-from kernels.lossy_disk.leg_control import _NO_SINE, _criterion, _not_negative, _write_at_once
-from kernels.lossy_disk.loss_laws import Losses, scaled_losses
+from kernels.lossy_disk.leg_control import _NO_SINE, _criterion, _write_at_once
+from kernels.lossy_disk.losses import NOTHING_LOST, are_possible, scaled_losses, store_losses
 from kernels.lossy_disk.simd_stages import begin, set_steps
 from kernels.lossy_disk.step_control import lost_energy
 from kernels.lossy_disk.step_size import prepared_settings as settings_of_disk
 from kernels.simd_math import sine_cosine_of_tilt
+
+#: What rolls in a lane without a cell.
+_HOOP = thin_disk(1.0)
 
 
 class RunSettings(NamedTuple):
@@ -63,29 +66,11 @@ def inertia_of(lane, lanes):
 
 
 @kernel
-def losses_allowed(cell, starts, run):
-    """Return whether the losses of a start are possible for a body."""
-    radius, mass = starts[body_row.RADIUS, cell], starts[row.MASS, cell]
-    arms = (
-        0.0 <= starts[row.ROLLING_FRICTION, cell] < radius
-        and 0.0 <= starts[row.PIVOTING_FRICTION, cell] < radius
-        and 0.0 <= starts[row.CONTOUR_FRICTION, cell] < radius
-    )
-    damping = starts[row.CONTOUR_DAMPING, cell]
-    still = run.air_law == NO_AIR
-    air = _not_negative(starts[row.AIR_VISCOSITY, cell]) and _not_negative(starts[row.AIR_DENSITY, cell])
-    # laws with forces that are not proportional to the weight need the mass
-    heavy = (damping == 0.0 and still) or 0.0 < mass < math.inf
-    allowed = _not_negative(damping) and starts[row.FRICTION, cell] >= 0.0 and (still or air)
-    return arms and heavy and allowed
-
-
-@kernel
 def _possible(cell, starts, run, body):
     """Return whether the numbers of a start are possible for a body with losses."""
     # no law for a film of air under a ring is known
     faced = run.air_law == NO_AIR or run.body != TORUS
-    possible = is_possible(starts, cell, run.body, body) and losses_allowed(cell, starts, run)
+    possible = is_possible(starts, cell, run.body, body) and are_possible(cell, starts, run.air_law)
     return possible and faced and body.core > 0.0
 
 
@@ -98,25 +83,6 @@ def undisturbed(cell, starts, body):
         and body.shift == 0.0
         and (starts[body_row.PRECESSION_RATE, cell] == 0.0 or starts[body_row.ROLL_RATE, cell] == 0.0)
     )
-
-
-@kernel
-def losses_of(cell, starts, air_law, core):
-    """Return the `Losses` of a cell; film and boundary layer have the size of a face of radius `core`."""
-    losses = scaled_losses(
-        (
-            starts[row.ROLLING_FRICTION, cell],
-            starts[row.PIVOTING_FRICTION, cell],
-            starts[row.CONTOUR_FRICTION, cell],
-        ),
-        starts[row.CONTOUR_DAMPING, cell],
-        (starts[row.AIR_VISCOSITY, cell], starts[row.AIR_DENSITY, cell]),
-        (starts[row.MASS, cell], starts[body_row.RADIUS, cell], starts[body_row.GRAVITY, cell]),
-        air_law,
-    )
-    cubed = core * core * core
-    film, layer = cubed * losses.film, cubed * core * losses.layer
-    return Losses(losses.contour, losses.damping, losses.rolling, losses.pivoting, film, layer)
 
 
 @kernel
@@ -153,7 +119,7 @@ def read_start(cell, lane, starts, run, lanes, measures, counts):
         starts[body_row.ROLL_RATE, cell],
     )
     criterion = _criterion(tilt, unit * rates[1], 2.0 * body.transverse, run)
-    losses = losses_of(cell, starts, run.air_law, body.core)
+    losses = scaled_losses(cell, starts, run.air_law, body.core)
     _store_start(
         lane, rates, (radius, unit), body, side_of(run.body, tilt), losses, starts[row.FRICTION, cell],
         criterion, lanes,
@@ -172,9 +138,7 @@ def _store_start(lane, rates, size, body, side, losses, friction, criterion, lan
     lanes[at.AXIAL + lane], lanes[at.TRANSVERSE + lane] = body.axial, body.transverse
     lanes[at.RATIO + lane], lanes[at.INVERSE_SPIN + lane] = body.ratio, 1.0 / body.transverse
     lanes[at.SIDE + lane], lanes[at.FRICTION + lane] = side, friction
-    lanes[at.CONTOUR + lane], lanes[at.DAMPING + lane] = losses.contour, losses.damping
-    lanes[at.ROLLING + lane], lanes[at.PIVOTING + lane] = losses.rolling, losses.pivoting
-    lanes[at.FILM + lane], lanes[at.LAYER + lane] = losses.film, losses.layer
+    store_losses(lane, at.CONTOUR, losses, lanes)
     lanes[at.REFERENCE + lane], lanes[at.REACH + lane] = reference, reach
     lanes[at.LOW_0 + lane], lanes[at.HIGH_0 + lane] = low, high
 
@@ -182,9 +146,8 @@ def _store_start(lane, rates, size, body, side, losses, friction, criterion, lan
 @kernel
 def fill_idle(lane, lanes):
     """Put an upright hoop at rest into a lane without a cell."""
-    nothing, never = Losses(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, math.inf, -_NO_SINE, _NO_SINE)
-    hoop = Body(1.0, 0.0, 0.0, 1.0, 1.0, 0.5, 2.0)
-    _store_start(lane, (0.0, 0.0, 0.0, 0.0), (1.0, 1.0), hoop, 0.0, nothing, math.inf, never, lanes)
+    never = 0.0, math.inf, -_NO_SINE, _NO_SINE
+    _store_start(lane, (0.0, 0.0, 0.0, 0.0), (1.0, 1.0), _HOOP, 0.0, NOTHING_LOST, math.inf, never, lanes)
 
 
 @simd

@@ -11,8 +11,8 @@ from kernels.lanes.binding import variant
 from kernels.lossy_bodies import arrays as row
 from kernels.lossy_bodies.equations import Rolling
 from kernels.lossy_bodies.integrate import MECHANICS
-from kernels.lossy_bodies.stages import losses_of
 from kernels.lossy_disk import trajectory as disk
+from kernels.lossy_disk.losses import scaled_losses
 
 
 @kernel
@@ -28,7 +28,7 @@ def beginning(start, settings):
     unit = math.sqrt(radius / start[body_row.GRAVITY, 0])
     rates = start[body_row.TILT_RATE, 0], start[body_row.PRECESSION_RATE, 0], start[body_row.ROLL_RATE, 0]
     S, C, _, w, o, s = scaled_state(tilt, rates[0], rates[1], rates[2], unit)
-    losses = losses_of(0, start, settings[row.TRAJECTORY_AIR_LAW], body.core)
+    losses = scaled_losses(0, start, settings[row.TRAJECTORY_AIR_LAW], body.core)
     return disk.Beginning((S, C, 1.0 / C, w, o, s), rolling, losses, start[row.FRICTION, 0], radius, unit)
 
 

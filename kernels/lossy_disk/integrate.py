@@ -22,8 +22,9 @@ the laws that it omits, and reports no loss to them. The caller has to ensure th
 from kernels.lanes.binding import bind
 from kernels.lanes.interface import LaneModel
 from kernels.lossy_disk import layout, simd_stages, step_control, step_size
-from kernels.lossy_disk.arrays import BILDSTEN, MOFFATT, NO_AIR
+from kernels.lossy_disk.arrays import AIR_LAWS
 from kernels.lossy_disk.leg_control import fill_idle, finish_leg, needs_integration, read_start
+from kernels.lossy_disk.loss_laws import FLAG_OF_LAW
 
 #: The functions of the disk with all losses for `kernels.lanes`.
 LANE_MODEL = LaneModel(
@@ -43,10 +44,10 @@ LANE_MODEL = LaneModel(
     go_on=step_control.go_on,
 )
 
-# Flags of each part of a variant's name: dry and viscous contour friction; a film of air and a boundary layer
+# Parts of a variant's name -> their flags: dry and viscous contour friction; the flag of the drag of air
 _CONTOUR = {"": (True, True), "_dry": (True, False), "_viscous": (False, True), "_bare": (False, False)}
-_AIR = {"": (False, False), "_moffatt": (True, False), "_bildsten": (False, True)}
-_AIR_NAMES = {NO_AIR: "", MOFFATT: "_moffatt", BILDSTEN: "_bildsten"}
+_AIR_NAMES = {law: f"_{AIR_LAWS[law]}" if flag else "" for law, flag in FLAG_OF_LAW.items()}
+_AIR = {_AIR_NAMES[law]: flag for law, flag in FLAG_OF_LAW.items()}
 
 
 def variant(contour, damping, rolling, pivoting, air_law, slips):
@@ -78,8 +79,8 @@ VARIANTS = {
         "VISCOUS": _CONTOUR[contour][1],
         "ROLLING": bool(rolling),
         "PIVOTING": bool(pivoting),
-        "FILM": _AIR[air][0],
-        "LAYER": _AIR[air][1],
+        **{flag: flag == _AIR[air] for flag in FLAG_OF_LAW.values() if flag},
+        "AIR": bool(air),
         "SLIPPING": bool(slipping),
     }
     for contour in _CONTOUR

@@ -18,7 +18,6 @@ from kernels.lossy_disk.loss_laws import (
     LAYER,
     PIVOTING,
     ROLLING,
-    Losses,
     drag,
     drag_near,
     dry_force,
@@ -29,6 +28,7 @@ from kernels.lossy_disk.loss_laws import (
     rolling_friction_near,
     rub_force,
 )
+from kernels.lossy_disk.losses import weighted
 from kernels.lossy_disk.rk4 import instant
 
 
@@ -58,15 +58,6 @@ class Pull(NamedTuple):
     held: float
     blow: tuple
     near: tuple
-
-
-@simd
-def weighted(losses, weight):
-    """Return the coefficients of the laws times `weight`, except for rolling friction, which acts on the tilt too."""
-    return Losses(
-        weight * losses.contour, weight * losses.damping, losses.rolling,
-        weight * losses.pivoting, weight * losses.film, weight * losses.layer,
-    )  # fmt: skip
 
 
 @simd

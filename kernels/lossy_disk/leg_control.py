@@ -28,7 +28,7 @@ from kernels.lossy_disk.follow import (
     tilt_of,
     turns_early,
 )
-from kernels.lossy_disk.loss_laws import Losses, scaled_losses
+from kernels.lossy_disk.losses import NOTHING_LOST, are_possible, scaled_losses, store_losses
 from kernels.lossy_disk.rk4 import changes, step
 from kernels.lossy_disk.simd_stages import (
     STEPS_OF_A_CALL,
@@ -69,36 +69,17 @@ _MOST_LOST = 1.0e5
 
 
 @kernel
-def _not_negative(x):
-    return 0.0 <= x < math.inf
-
-
-@kernel
 def _possible(cell, starts, run):
     """Return whether the numbers of a start are possible for a disk."""
     tilt, alpha = starts[row.TILT, cell], starts[row.ALPHA, cell]
-    radius, gravity, mass = starts[row.RADIUS, cell], starts[row.GRAVITY, cell], starts[row.MASS, cell]
+    radius, gravity = starts[row.RADIUS, cell], starts[row.GRAVITY, cell]
     finite = (
         math.isfinite(starts[row.TILT_RATE, cell])
         and math.isfinite(starts[row.PRECESSION_RATE, cell])
         and math.isfinite(starts[row.ROLL_RATE, cell])
     )
-    arms = (
-        0.0 <= starts[row.ROLLING_FRICTION, cell] < radius
-        and 0.0 <= starts[row.PIVOTING_FRICTION, cell] < radius
-        and 0.0 <= starts[row.CONTOUR_FRICTION, cell] < radius
-    )
-    damping, viscosity, density = (
-        starts[row.CONTOUR_DAMPING, cell],
-        starts[row.AIR_VISCOSITY, cell],
-        starts[row.AIR_DENSITY, cell],
-    )
-    air = run.air_law == row.NO_AIR or (_not_negative(viscosity) and _not_negative(density))
-    # laws with forces that are not proportional to the weight need the mass
-    heavy = (damping == 0.0 and run.air_law == row.NO_AIR) or 0.0 < mass < math.inf
     size = 0.0 < alpha <= 1.0 and 0.0 < radius < math.inf and 0.0 < gravity < math.inf
-    allowed = _not_negative(damping) and starts[row.FRICTION, cell] >= 0.0
-    return abs(tilt) < 0.5 * math.pi and finite and size and arms and air and heavy and allowed
+    return abs(tilt) < 0.5 * math.pi and finite and size and are_possible(cell, starts, run.air_law)
 
 
 @kernel
@@ -157,9 +138,7 @@ def _store_start(lane, state, disk, losses, friction, criterion, lanes):
     lanes[at.S_0 + lane], lanes[at.W_0 + lane] = tilt, tilt_rate
     lanes[at.O_RATE_0 + lane], lanes[at.P_0 + lane] = precession_rate, roll_rate
     lanes[at.ALPHA + lane], lanes[at.RADIUS + lane], lanes[at.UNIT + lane] = alpha, radius, unit
-    lanes[at.CONTOUR + lane], lanes[at.DAMPING + lane] = losses.contour, losses.damping
-    lanes[at.ROLLING + lane], lanes[at.PIVOTING + lane] = losses.rolling, losses.pivoting
-    lanes[at.FILM + lane], lanes[at.LAYER + lane] = losses.film, losses.layer
+    store_losses(lane, at.CONTOUR, losses, lanes)
     lanes[at.FRICTION + lane], lanes[at.REFERENCE + lane], lanes[at.REACH + lane] = friction, reference, reach
     lanes[at.LOW_0 + lane], lanes[at.HIGH_0 + lane] = low, high
 
@@ -167,8 +146,8 @@ def _store_start(lane, state, disk, losses, friction, criterion, lanes):
 @kernel
 def fill_idle(lane, lanes):
     """Put an upright disk at rest into a lane without a cell."""
-    nothing, never = Losses(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, math.inf, -_NO_SINE, _NO_SINE)
-    _store_start(lane, (0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0), nothing, math.inf, never, lanes)
+    never = 0.0, math.inf, -_NO_SINE, _NO_SINE
+    _store_start(lane, (0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0), NOTHING_LOST, math.inf, never, lanes)
 
 
 @kernel
@@ -211,17 +190,7 @@ def read_start(cell, lane, starts, run, lanes, measures, counts):
         return False
     radius, gravity, alpha = starts[row.RADIUS, cell], starts[row.GRAVITY, cell], starts[row.ALPHA, cell]
     unit = math.sqrt(radius / gravity)
-    losses = scaled_losses(
-        (
-            starts[row.ROLLING_FRICTION, cell],
-            starts[row.PIVOTING_FRICTION, cell],
-            starts[row.CONTOUR_FRICTION, cell],
-        ),
-        starts[row.CONTOUR_DAMPING, cell],
-        (starts[row.AIR_VISCOSITY, cell], starts[row.AIR_DENSITY, cell]),
-        (starts[row.MASS, cell], radius, gravity),
-        run.air_law,
-    )
+    losses = scaled_losses(cell, starts, run.air_law, 1.0)
     state = tilt, tilt_rate, starts[row.PRECESSION_RATE, cell], starts[row.ROLL_RATE, cell]
     criterion = _criterion(tilt, unit * tilt_rate, alpha, run)
     _store_start(lane, state, (alpha, radius, unit), losses, starts[row.FRICTION, cell], criterion, lanes)

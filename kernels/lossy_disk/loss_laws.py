@@ -1,5 +1,7 @@
 """The laws of friction and drag, each as a generalised force in the scaled form (`kernels.lossy_disk.equations`).
 
+Their coefficients are in `kernels.lossy_disk.losses`.
+
 The torque of a dry law is its arm times the instantaneous normal force n = N/mg, which follows from the acceleration
 of the centre of mass: n = 1 - (w' S + w^2 C). Viscous friction and drag do not depend on it.
 
@@ -13,12 +15,15 @@ A variant of the integrator does not compute laws that it does not have: their f
 import math
 from typing import NamedTuple
 
-from kernels.jit import kernel, simd
-from kernels.lossy_disk.arrays import BILDSTEN, MOFFATT
+from kernels.jit import simd
+from kernels.lossy_disk.arrays import BILDSTEN, MOFFATT, NO_AIR
 
-#: Flags of dry and viscous contour friction, rolling and pivoting friction, Moffatt's and Bildsten's drag, and a
-#: finite friction coefficient. Kernels that follow a single motion have all laws.
-DRY, VISCOUS, ROLLING, PIVOTING, FILM, LAYER, SLIPPING = 7 * (True,)
+#: Flags of dry and viscous contour friction, rolling and pivoting friction, Moffatt's and Bildsten's drag, drag by any
+#: law, and a finite friction coefficient. Kernels that follow a single motion have all laws.
+DRY, VISCOUS, ROLLING, PIVOTING, FILM, LAYER, AIR, SLIPPING = 8 * (True,)
+
+#: Law of the drag of air -> the flag of its force.
+FLAG_OF_LAW = {NO_AIR: "", MOFFATT: "FILM", BILDSTEN: "LAYER"}
 
 #: Whether the body has two edges, and rolls on one of them until its tilt is 0.
 EDGED = False
@@ -31,63 +36,6 @@ _LEAST_SQUARE = 1.0e-200
 
 #: Lower limit of the relative change of the squared horizontal turning rate between stages that the series allows for.
 _LARGEST_CHANGE = -0.5
-
-
-class Losses(NamedTuple):
-    """Coefficients of the laws in scaled form.
-
-    Attributes
-    ----------
-    contour, rolling, pivoting : float
-        Lever arms of dry friction over the radius.
-    damping : float
-        Viscous contour friction: torque over m g R per unit of the scaled roll rate.
-    film : float
-        Moffatt's drag: torque over m g R per unit of the roll rate over the cosine of the tilt.
-    layer : float
-        Bildsten's drag: torque over m g R per unit of the roll rate to the power 3/2.
-    """
-
-    contour: float
-    damping: float
-    rolling: float
-    pivoting: float
-    film: float
-    layer: float
-
-
-@kernel
-def scaled_losses(arms, damping, air, disk, law):
-    """Return the `Losses` of a cell.
-
-    Parameters
-    ----------
-    arms : tuple of 3 floats
-        Lever arms of rolling, pivoting and contour friction [m].
-    damping : float
-        Viscous contour friction [N m s].
-    air : tuple of 2 floats
-        Viscosity [Pa s] and density [kg m^-3] of the air.
-    disk : tuple of 3 floats
-        mass [kg], radius [m], gravity [m s^-2].
-    law : float
-        Law of the drag of air (`kernels.lossy_disk.arrays`).
-
-    Notes
-    -----
-    On the steady wobble of a uniform disk, whose roll rate at the inclination a is f^2 = 4/a, the drag has the power
-    of Moffatt, Nature 404 (2000) 833: pi mu g R^2 / a^2, or of Bildsten, Phys. Rev. E 66 (2002) 056309:
-    4 sqrt(mu rho) g^(5/4) R^(11/4) a^(-5/4). Drag depends on the motion of the disk, not on its mass distribution.
-    """
-    rolling, pivoting, contour = arms
-    viscosity, density = air
-    mass, radius, gravity = disk
-    unit = math.sqrt(radius / gravity)
-    film = 0.25 * math.pi * viscosity * radius * unit / mass if law == MOFFATT else 0.0
-    layer = math.sqrt(0.5 * viscosity * density * unit) * radius * radius / mass if law == BILDSTEN else 0.0
-    # without viscous friction the mass may be unknown
-    viscous = damping * unit / (mass * radius * radius) if damping > 0.0 else 0.0
-    return Losses(contour / radius, viscous, rolling / radius, pivoting / radius, film, layer)
 
 
 class Load(NamedTuple):

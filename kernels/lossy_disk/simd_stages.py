@@ -15,17 +15,17 @@ from kernels.lossy_disk.endings import NOT_COMPUTED
 from kernels.lossy_disk.equations import roll_rate, turning_rate
 from kernels.lossy_disk.lane_step import lane_step as sliding_step
 from kernels.lossy_disk.loss_laws import (
+    AIR,
     DRY,
     EDGED,
-    FILM,
     LAYER,
     PIVOTING,
     ROLLING,
     SLIPPING,
     VISCOUS,
-    Losses,
     viscosity,
 )
+from kernels.lossy_disk.losses import load_losses
 from kernels.lossy_disk.rk4 import Inertia, changes, changes_near, entries, inertia
 from kernels.lossy_disk.step_size import (
     faster_by_rolling_friction,
@@ -71,10 +71,7 @@ def inertia_of(lane, lanes):
 @simd
 def losses_of(lane, lanes):
     """Return the coefficients of the laws of a lane."""
-    return Losses(
-        lanes[at.CONTOUR + lane], lanes[at.DAMPING + lane], lanes[at.ROLLING + lane],
-        lanes[at.PIVOTING + lane], lanes[at.FILM + lane], lanes[at.LAYER + lane],
-    )  # fmt: skip
+    return load_losses(lane, at.CONTOUR, lanes)
 
 
 @simd
@@ -357,7 +354,7 @@ def store_ledger(lane, lanes, ledger, weight, rates):
         lanes[at.RUBBED + lane] = rubbed + weight * rates[4]
     if VISCOUS:
         lanes[at.DAMPED + lane] = damped + weight * rates[5]
-    if FILM or LAYER:
+    if AIR:
         lanes[at.BLOWN + lane] = blown + weight * rates[6]
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from kernels.jit import kernel, simd
 from kernels.lossy_disk import arrays as row
-from kernels.lossy_disk.loss_laws import FILM, LAYER, ROLLING, VISCOUS
+from kernels.lossy_disk.loss_laws import AIR, ROLLING, VISCOUS
 
 #: Step over the shortest time scale of the present state, at a tolerance of 1e-8 of the energy balance.
 RELATIVE_STEP = 0.06
@@ -76,7 +76,7 @@ def faster_by_viscosity(fastest, state, viscous, inverse_spin):
     The roll rate relaxes at the rate viscous * (2 T^2/alpha + ...). If nothing else is fast, Runge-Kutta can follow
     the relaxation with longer steps.
     """
-    if not (VISCOUS or FILM or LAYER):
+    if not (VISCOUS or AIR):
         return fastest
     S, C, T, _, _, _ = state
     steep = inverse_spin * T * S

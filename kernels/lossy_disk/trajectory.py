@@ -26,7 +26,7 @@ from kernels.lossy_disk.follow import (
     tilt_of,
 )
 from kernels.lossy_disk.follow import begun as set_going
-from kernels.lossy_disk.loss_laws import Losses, scaled_losses
+from kernels.lossy_disk.losses import Losses, scaled_losses
 from kernels.lossy_disk.rk4 import Inertia, inertia
 from kernels.lossy_disk.step_size import RELATIVE_STEP
 from kernels.native.entry import entry
@@ -46,7 +46,7 @@ class Beginning(NamedTuple):
     state : tuple of 6 floats
         S, C, K, w, o, p.
     inertia : kernels.lossy_disk.rk4.Inertia
-    losses : kernels.lossy_disk.loss_laws.Losses
+    losses : kernels.lossy_disk.losses.Losses
     friction : float
         Coefficient of friction; infinite where the disk cannot slip.
     radius, unit : float
@@ -68,13 +68,7 @@ class Beginning(NamedTuple):
 def beginning(start, settings):
     """Return the `Beginning` of a start, shape (len(PARAMETERS), 1)."""
     radius, gravity, alpha = start[row.RADIUS, 0], start[row.GRAVITY, 0], start[row.ALPHA, 0]
-    losses = scaled_losses(
-        (start[row.ROLLING_FRICTION, 0], start[row.PIVOTING_FRICTION, 0], start[row.CONTOUR_FRICTION, 0]),
-        start[row.CONTOUR_DAMPING, 0],
-        (start[row.AIR_VISCOSITY, 0], start[row.AIR_DENSITY, 0]),
-        (start[row.MASS, 0], radius, gravity),
-        settings[row.TRAJECTORY_AIR_LAW],
-    )
+    losses = scaled_losses(0, start, settings[row.TRAJECTORY_AIR_LAW], 1.0)
     unit = math.sqrt(radius / gravity)
     S, C, _, w, o, s = scaled_state(
         start[row.TILT, 0], start[row.TILT_RATE, 0], start[row.PRECESSION_RATE, 0], start[row.ROLL_RATE, 0],
