@@ -8,24 +8,9 @@ from kernels.lossy_disk import arrays as disk
 
 #: Start of a cell: the start of a body without losses; mass, loss coefficients and friction of the disk with losses.
 PARAMETERS = bodies.PARAMETERS + disk.PARAMETERS[disk.MASS :]
-(
-    RADIUS,
-    GRAVITY,
-    MASS,
-    ROLLING_FRICTION,
-    PIVOTING_FRICTION,
-    CONTOUR_FRICTION,
-    CONTOUR_DAMPING,
-    AIR_VISCOSITY,
-    AIR_DENSITY,
-    FRICTION,
-) = (
-    PARAMETERS.index(name)
-    for name in (
-        "radius", "gravity", "mass", "rolling_friction", "pivoting_friction", "contour_friction", "contour_damping",
-        "air_viscosity", "air_density", "friction",
-    )
-)  # fmt: skip
+globals().update(
+    {name.upper(): PARAMETERS.index(name) for name in (*disk.PARAMETERS[disk.MASS :], "radius", "gravity")}
+)
 
 #: Settings of an integration: the settings for the disk with losses, and the number of the body
 #: (`kernels.bodies.shapes`).

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from sweep.errors import RequestError, shown
+from sweep.model.lossy_disk.air import needs_of
 from sweep.model.lossy_disk.tables import (
     AIR_LAWS,
     ARMS,
-    BILDSTEN,
     LOSS_PARAMETERS,
     NO_AIR,
     OPTIONS,
@@ -106,10 +106,7 @@ def loss_words(given: Mapping[str, Any]) -> dict[str, Any]:
     # selects the model with losses even if only the friction coefficient is given
     words = {"air_law": NO_AIR} | dict(given)
     law = words["air_law"]
-    if law != NO_AIR:
-        words = {"air_viscosity": AIR["air_viscosity"]} | words
-        if law == BILDSTEN:
-            words = {"air_density": AIR["air_density"]} | words
+    words = {name: AIR[name] for name in needs_of(str(law)) if name in AIR} | words
     if needs_mass(words):
         words = {"mass": MASS} | words
     return words

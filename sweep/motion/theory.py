@@ -16,6 +16,7 @@ import numpy as np
 from kernels.bodies.shapes import Body, thin_disk
 from kernels.bodies.steady import nearby
 from sweep.model.bodies.shape import body_of
+from sweep.model.lossy_disk.air import DRAGS
 from sweep.model.quantity import Array
 from sweep.motion.request import MotionRequest
 from sweep.motion.sampling import ending_of, request_of
@@ -126,32 +127,24 @@ def wobble_losses(dataset: "xr.Dataset") -> tuple[WobbleLoss, ...]:
     Notes
     -----
     Contour friction (dry) c sqrt(2/(alpha a)), rolling friction c sqrt(2 a/alpha), viscous contour friction
-    2 k/(alpha a), with arms over R. Air by Moffatt, Nature 404 (2000) 833: pi mu R sqrt(R/g)/(2 alpha m) a^(-2); by
-    Bildsten, Phys. Rev. E 66 (2002) 056309: sqrt(mu rho) R^(9/4) (2/alpha)^(5/4) / (sqrt(2) m g^(1/4)) a^(-5/4). The
-    prefactors of both are estimates.
+    2 k/(alpha a), with arms over R. Air (`sweep.model.lossy_disk.air`) has the power a^(-2) by Moffatt and a^(-5/4) by
+    Bildsten. The prefactors of both are estimates.
     """
     disk = {name: float(dataset[name]) for name in request_of(dataset).kind.fixed}
     alpha, radius, gravity, mass = (disk[name] for name in ("alpha", "radius", "gravity", "mass"))
     unit, turn = math.sqrt(radius / gravity), math.sqrt(2.0 / alpha)
-    viscosity, density = disk["air_viscosity"], disk["air_density"]
-    air: Mapping[str, tuple[float, Fraction]] = {
-        "none": (0.0, Fraction(0)),
-        "moffatt": (math.pi * viscosity * radius * unit / (2.0 * alpha * mass), Fraction(2)),
-        "bildsten": (
-            math.sqrt(viscosity * density)
-            * radius**2.25
-            * turn**2.5
-            / (math.sqrt(2.0) * mass * gravity**0.25),
-            Fraction(5, 4),
-        ),
-    }
     damping = disk["contour_damping"] * unit / (mass * radius**2)
-    losses = (
+    losses: tuple[WobbleLoss, ...] = (
         WobbleLoss("rolling_loss", disk["rolling_friction"] / radius * turn, Fraction(-1, 2)),
         WobbleLoss("contour_loss", disk["contour_friction"] / radius * turn, Fraction(1, 2)),
         WobbleLoss("damping_loss", damping * turn**2, Fraction(1)),
-        WobbleLoss("air_loss", *air[request_of(dataset).air_law]),
     )
+    if (law := request_of(dataset).air_law) in DRAGS:
+        drag = DRAGS[law]
+        falls = (drag.power + 1) / 2 + drag.steepness
+        losses += (
+            WobbleLoss("air_loss", float(drag.coefficient(disk)) * turn ** float(drag.power + 1), falls),
+        )
     return tuple(loss for loss in losses if loss.coefficient > 0.0)
 
 

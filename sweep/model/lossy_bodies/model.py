@@ -91,7 +91,11 @@ class LossyBodies(LossyDisk):
 
     def headline(self, spec: Request) -> str:
         """Return a title, from the rates, the body and the losses of the spec."""
-        names = [name.replace("_", " ") for name, (given, _) in LOSSES.items() if some(getattr(spec, given))]
+        names = [
+            name.replace("_", " ")
+            for name, (given, _) in LOSSES.items()
+            if (spec.air_law != NO_AIR if name == "air" else some(getattr(spec, given)))
+        ]
         motion, _, subject = BODIES.headline(spec).partition(": ")
         if spec.criterion.kind == "aloft":
             subject = "how long the body stays aloft"

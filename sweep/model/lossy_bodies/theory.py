@@ -14,7 +14,7 @@ from sweep.model.disk.initial_conditions import circling
 from sweep.model.disk.tables import WOBBLE
 from sweep.model.lossy_bodies.tables import SETTINGS
 from sweep.model.lossy_disk import upright
-from sweep.model.lossy_disk.tables import BILDSTEN, MOFFATT
+from sweep.model.lossy_disk.air import torque
 from sweep.model.quantity import Array
 
 #: Number of nodes of an integral over the logarithm of the inclination; inclination [rad] above which the error of the
@@ -101,15 +101,9 @@ def _torque(spec: Request, start: Mapping[str, float], inclination: Array, roll:
     """Return the torque of all laws against the roll of a wobble near flat, over m g R."""
     radius, gravity, mass = (start[name] for name in ("radius", "gravity", "mass"))
     unit = math.sqrt(radius / gravity)
-    torque = (start["contour_friction"] * core + start["rolling_friction"] * inclination) / radius
-    torque = torque + start["contour_damping"] * unit / (mass * radius**2) * core**2 * roll
-    if spec.air_law == MOFFATT:
-        film = 0.25 * math.pi * start["air_viscosity"] * radius * unit / mass
-        torque = torque + film * core**3 * roll / inclination
-    if spec.air_law == BILDSTEN:
-        layer = math.sqrt(0.5 * start["air_viscosity"] * start["air_density"] * unit) * radius**2 / mass
-        torque = torque + layer * core**4 * roll**1.5
-    return np.asarray(torque)
+    dry = (start["contour_friction"] * core + start["rolling_friction"] * inclination) / radius
+    viscous = start["contour_damping"] * unit / (mass * radius**2) * core**2 * roll
+    return np.asarray(dry + viscous + torque(spec.air_law, start, roll, inclination, core))
 
 
 def predictions(spec: Request, start: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:

@@ -17,6 +17,7 @@ from sweep.model.audit import Audit, CellCheck
 from sweep.model.cells import ROUNDING, AuditedCells
 from sweep.model.description import Columns, Request, Starts
 from sweep.model.lossy_disk import tables
+from sweep.model.lossy_disk.air import AIR, needs_of
 from sweep.model.lossy_disk.sample import AGAIN, COMPARED, OTHER, Sample, smooth_motion
 from sweep.model.quantity import DECISION, OPEN, PROMISED, Array, Quantity, Tolerance, Truths, table
 
@@ -254,6 +255,16 @@ def _of_the_ending(cells: _SampledCells) -> Iterator[CellCheck]:
             )
 
 
+def _absent(cells: _SampledCells, strength: str) -> Truths:
+    """Return whether a loss takes nothing in cells, because its strength is 0, or a parameter of the law of the air."""
+    air = strength in AIR
+    names = needs_of(cells.spec.air_law) if air else (strength,)
+    none = np.full(cells.starts[strength].shape, air and not names)
+    for name in names:
+        none = none | (cells.starts[name] == 0.0)
+    return np.asarray(none)
+
+
 def _ledger(cells: _SampledCells) -> Iterator[CellCheck]:
     """Yield the checks of the energy and of the losses."""
     stored, moved, left = cells.stored, cells.moved, cells.left
@@ -265,7 +276,7 @@ def _ledger(cells: _SampledCells) -> Iterator[CellCheck]:
         )
     for law, name in tables.LOSSES.values():
         with np.errstate(invalid="ignore"):
-            right = np.where(cells.starts[law] == 0.0, stored[name] == 0.0, stored[name] >= 0.0)
+            right = np.where(_absent(cells, law), stored[name] == 0.0, stored[name] >= 0.0)
         yield cells.decided(name, f"{law}, and no loss below 0", right | ~moved, moved)
     stated = np.asarray(stored["energy_imbalance"], np.float64)
     with np.errstate(invalid="ignore"):

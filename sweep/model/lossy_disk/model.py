@@ -15,10 +15,17 @@ from sweep.model.disk.initial_conditions import check_steady_rates, circling, co
 from sweep.model.disk.model import DISK
 from sweep.model.kernel import Kernel
 from sweep.model.lossy_disk import tables, theory, upright
+from sweep.model.lossy_disk.air import AIR, DRAGS, needs_of
 from sweep.model.lossy_disk.audit import SampledAudit
-from sweep.model.lossy_disk.tables import ARMS, BILDSTEN, MOFFATT, NO_AIR, UNKNOWN, some
+from sweep.model.lossy_disk.tables import ARMS, NO_AIR, UNKNOWN, some
 from sweep.model.quantity import Array, Input
 from sweep.model.rows import LARGEST, LEAST, spell_values, worst_cases
+
+#: Parameter of the air -> what to write if it is missing.
+_USUAL = {
+    "air_viscosity": "Add air_viscosity=1.8e-5, in Pa s, for air at room temperature.",
+    "air_density": "Add air_density=1.2, in kg m-3, for air at room temperature.",
+}
 
 
 def check_losses(values: Mapping[str, Any]) -> None:
@@ -33,32 +40,28 @@ def check_losses(values: Mapping[str, Any]) -> None:
     ------
     RequestError
     """
-    law, viscous = str(values["air_law"]), some(values["air_viscosity"])
+    law = str(values["air_law"])
     if law == NO_AIR:
         _refuse_unused_air(values)
-    elif not viscous:
-        raise RequestError(
-            f"air_law={law} needs the viscosity of the air: air_viscosity is 0.",
-            hint="Add air_viscosity=1.8e-5, in Pa s, for air at room temperature.",
-            where="air_law",
-        )
-    if law == BILDSTEN and not some(values["air_density"]):
-        raise RequestError(
-            f"air_law={law} needs the density of the air: air_density is 0.",
-            hint="Add air_density=1.2, in kg m-3, for air at room temperature.",
-            where="air_law",
-        )
+    for name in needs_of(law):
+        if not some(values[name]):
+            quantity = tables.PARAMETERS[name]
+            raise RequestError(
+                f"air_law={law} needs the {quantity.long_name}: {name} is 0.",
+                hint=_USUAL.get(name, f"Add {name}, in {quantity.units}."),
+                where="air_law",
+            )
     if values["mass"] == UNKNOWN:
         _check_no_mass(values, law)
     _check_arms(values)
 
 
 def _refuse_unused_air(values: Mapping[str, Any]) -> None:
-    for name in ("air_viscosity", "air_density"):
+    for name in AIR:
         if some(values[name]):
             raise RequestError(
                 f"{name} is given, but no law uses it: air_law is {NO_AIR}.",
-                hint=f"Add air_law={MOFFATT} or air_law={BILDSTEN}, or write {name}=0.",
+                hint=f"Add {' or '.join(f'air_law={law}' for law in DRAGS)}, or write {name}=0.",
                 where=name,
             )
 
@@ -187,7 +190,7 @@ class LossyDisk(Model):
         names = [
             name.replace("_", " ")
             for name, (given, _) in tables.LOSSES.items()
-            if tables.some(getattr(spec, given))
+            if (spec.air_law != NO_AIR if name == "air" else tables.some(getattr(spec, given)))
         ]
         losses = f"with {', '.join(names)}" if names else "without any loss"
         motion, _, subject = DISK.headline(spec).partition(": ")

@@ -12,7 +12,9 @@ from typing import Any
 
 from kernels.lossy_disk import arrays
 from kernels.lossy_disk import endings as code
+from kernels.lossy_disk.arrays import AIR_LAWS as AIR_LAWS
 from sweep.model.disk import tables as disk
+from sweep.model.lossy_disk.air import AIR
 from sweep.model.quantity import (
     DECISION,
     DURATION,
@@ -42,7 +44,7 @@ from sweep.model.quantity import (
 UNKNOWN, UNLIMITED = "unknown", "unlimited"
 
 #: The laws of the air, in the order of their codes (`kernels.lossy_disk.arrays`).
-NO_AIR, MOFFATT, BILDSTEN = AIR_LAWS = ("none", "moffatt", "bildsten")
+NO_AIR, MOFFATT, BILDSTEN, *_ = AIR_LAWS
 
 
 def some(value: Any) -> bool:
@@ -90,7 +92,7 @@ SUBSTITUTES = disk.SUBSTITUTES
 ARMS = ("rolling_friction", "pivoting_friction", "contour_friction")
 
 #: The parameters that only a disk with losses has.
-LOSS_PARAMETERS = (*ARMS, "contour_damping", "air_viscosity", "air_density")
+LOSS_PARAMETERS = (*ARMS, "contour_damping", *AIR)
 
 SETTINGS: Mapping[str, Input] = table(
     DURATION,

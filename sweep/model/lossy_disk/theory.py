@@ -9,7 +9,8 @@ from sweep.model.description import Request
 from sweep.model.disk.initial_conditions import circling
 from sweep.model.disk.tables import WOBBLE
 from sweep.model.lossy_disk import upright
-from sweep.model.lossy_disk.tables import BILDSTEN, MOFFATT, SETTINGS
+from sweep.model.lossy_disk.air import torque
+from sweep.model.lossy_disk.tables import SETTINGS
 
 #: Number of nodes of an integral over the logarithm of the inclination, for an error of 1e-9.
 _NODES = 400
@@ -34,12 +35,7 @@ def wobble_time(spec: Request, start: Mapping[str, float]) -> float:
     unit, roll = math.sqrt(radius / gravity), np.sqrt(2.0 / (start["alpha"] * inclination))
     power = (start["contour_friction"] + start["rolling_friction"] * inclination) / radius * roll
     power = power + start["contour_damping"] * unit / (mass * radius**2) * roll**2
-    if spec.air_law == MOFFATT:
-        film = 0.25 * math.pi * start["air_viscosity"] * radius * unit / mass
-        power = power + film * roll**2 / inclination
-    if spec.air_law == BILDSTEN:
-        layer = math.sqrt(0.5 * start["air_viscosity"] * start["air_density"] * unit) * radius**2 / mass
-        power = power + layer * roll**2.5
+    power = power + torque(spec.air_law, start, roll, inclination) * roll
     if power.min() <= 0.0:
         return math.inf
     return unit * float(np.sum(1.5 * inclination / power * weights) * half)

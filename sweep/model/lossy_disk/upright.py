@@ -14,6 +14,7 @@ upright, the critical rate is 1/sqrt(1 + alpha), higher than for the disk withou
 
 import math
 from collections.abc import Iterator, Mapping
+from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +23,7 @@ import numpy.typing as npt
 from kernels.disk.steady import critical_precession_rate_squared, critical_roll_rate_squared
 from sweep.model.description import Request, Starts
 from sweep.model.disk.initial_conditions import computed_rates
-from sweep.model.lossy_disk.tables import BILDSTEN, MOFFATT
+from sweep.model.lossy_disk.air import DRAGS, torque
 from sweep.model.quantity import Array
 
 #: Number of steps of a rate back in time, and of nodes of an integral over a rate, both for an error of 1e-9.
@@ -187,11 +188,7 @@ def unsteadied(spec: Request, starts: Starts, axis: str) -> npt.NDArray[np.bool_
     if axis == "roll_rate":
         return np.asarray(starts["pivoting_friction"] > 0.0)
     braked = (starts["contour_friction"] > 0.0) | (starts["contour_damping"] > 0.0)
-    if spec.air_law == MOFFATT:
-        braked = braked | (starts["air_viscosity"] > 0.0)
-    if spec.air_law == BILDSTEN:
-        braked = braked | (starts["air_viscosity"] * starts["air_density"] > 0.0)
-    return np.asarray(braked)
+    return np.asarray(braked | (torque(spec.air_law, starts, np.ones_like(starts["mass"]), 1.0) > 0.0))
 
 
 def lasting(spec: Request) -> float:
@@ -229,12 +226,18 @@ def slowing(spec: Request, starts: Starts, axis: str, body: Upright) -> tuple[Ar
     inertia = (1.0 + body.axial) * radius**2
     dry = (starts["contour_friction"] + starts["rolling_friction"]) * gravity / inertia
     viscous, layer = starts["contour_damping"] / (mass * inertia), none
-    if spec.air_law == MOFFATT:
-        film = 0.25 * math.pi * body.face**3 * starts["air_viscosity"] * radius**3
-        viscous = viscous + film / (mass * inertia)
-    if spec.air_law == BILDSTEN:
-        air = np.sqrt(0.5 * starts["air_viscosity"] * starts["air_density"])
-        layer = air * body.face**4 * radius**4 / (mass * inertia)
+    power = DRAGS[spec.air_law].power if spec.air_law in DRAGS else Fraction(1)
+    # the torque at one radian per second
+    drag = (
+        torque(spec.air_law, starts, np.sqrt(radius / gravity), 1.0, body.face) * gravity * radius / inertia
+    )
+    if power == 1:
+        viscous = viscous + drag
+    elif power == Fraction(3, 2):
+        layer = layer + drag
+    else:
+        # no closed form: nothing is predicted
+        dry = dry + np.nan * drag
     return dry, viscous, layer
 
 

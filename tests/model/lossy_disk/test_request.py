@@ -118,7 +118,7 @@ def test_what_is_refused():
             "air_density",
             ["no law uses it", "air_law=bildsten"],
         ),
-        ({"air_law": "moffatt", "mass": 1}, "air_law", ["needs the viscosity", "Pa s"]),
+        ({"air_law": "moffatt", "mass": 1}, "air_law", ["viscosity", "Pa s"]),
         (FULL | {"air_density": 0}, "air_law", ["needs the density", "kg m-3"]),
         (FULL | {"air_law": "stokes"}, "air_law", ["none or moffatt or bildsten", "stokes"]),
         ({"rolling_friction": 0, "method": "exact"}, "method", ["rk4", "has no exact reduction"]),
