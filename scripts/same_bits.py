@@ -39,7 +39,7 @@ ATLASES = {
 }
 
 #: Attributes that another code or another command may change.
-_FREE = ("kernel_hash", "history")
+_FREE = ("kernel_hash", "history", "requested_as")
 
 
 def main() -> int:

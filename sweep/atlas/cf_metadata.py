@@ -272,6 +272,7 @@ def global_attributes(spec: SweepSpec, command: str, made: str | None = None) ->
         "license": LICENSE,
         "citation": CITATION,
         "history": ascii_text(f"{now} {command}"),
+        "requested_as": json.dumps(dict(spec.requested)),
         "date_created": now,
         "eulerdisk_format": np.int32(FORMAT),
         **spec_attributes(spec),
@@ -286,6 +287,17 @@ def versions(packages: tuple[str, ...]) -> str:
     from importlib.metadata import version
 
     return json.dumps({name: version(name) for name in packages}, sort_keys=True)
+
+
+def read_texts(attribute: object) -> dict[str, str] | None:
+    """Return the texts by name that an attribute holds as JSON; None if it does not."""
+    try:
+        texts = json.loads(str(attribute))
+    except (ValueError, RecursionError):
+        return None
+    return (
+        texts if isinstance(texts, dict) and all(isinstance(each, str) for each in texts.values()) else None
+    )
 
 
 def spec_attributes(spec: SweepSpec) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from sweep.atlas.cf_metadata import (
     coordinate_declarations,
     edge_names,
     global_attributes,
+    read_texts,
     status_name,
 )
 from sweep.atlas.row_edges import ROW_STATUS, ROW_UNDECIDED
@@ -77,7 +78,8 @@ def spec_named(dataset: "xr.Dataset") -> SweepSpec:
         If the spec cannot be read.
     """
     try:
-        return SweepSpec.from_canonical(dataset.attrs["sweep_spec"])
+        requested = read_texts(dataset.attrs.get("requested_as"))
+        return SweepSpec.from_canonical(dataset.attrs["sweep_spec"], requested)
     except RequestError as error:
         raise error.at(place_of(dataset)) from None
 
@@ -116,7 +118,7 @@ def _with_starts(spec: SweepSpec, dataset: "xr.Dataset") -> SweepSpec:
     require(dataset, spec.listed)
     columns = {name: np.asarray(dataset[name].values, np.float64) for name in spec.listed}
     try:
-        return spec.replace(starts=spec.starts.filled(columns))
+        return SweepSpec.from_canonical(spec.canonical(), spec.requested, spec.starts.filled(columns))
     except RequestError as error:
         raise error.at(place_of(dataset)) from None
 

@@ -1,7 +1,7 @@
 """Warnings about the range of a control that does not contain the predicted boundary, with a range that does."""
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,7 +26,7 @@ _MARGIN = 0.2
 _DIGITS = 3
 
 
-def one_sided(spec: SweepSpec, dataset: "xr.Dataset | None" = None, asked: Iterable[str] = ()) -> list[str]:
+def one_sided(spec: SweepSpec, dataset: "xr.Dataset | None" = None) -> list[str]:
     """Return a warning if the whole range of a control lies on one side of the predicted boundary in every row.
 
     Parameters
@@ -34,8 +34,6 @@ def one_sided(spec: SweepSpec, dataset: "xr.Dataset | None" = None, asked: Itera
     spec : SweepSpec
     dataset : xarray.Dataset, optional
         Its atlas, which contains the prediction. If not given, the prediction is computed for up to 2048 rows.
-    asked : iterable of str, optional
-        Names of the words of the request, in which the range is reported.
 
     Returns
     -------
@@ -59,7 +57,7 @@ def one_sided(spec: SweepSpec, dataset: "xr.Dataset | None" = None, asked: Itera
     if not known.any():
         # a margin relative to zero makes no range
         return []
-    reported = reported_as(spec, asked)[axis]
+    reported = reported_as(spec)[axis]
     name, found = reported.quantity.name, reported.value(known)
     ends = dict.fromkeys(f"{value:.4g}" for value in (found.min(), found.max()))
     at = with_unit(" to ".join(ends), reported.quantity.units)

@@ -3,18 +3,12 @@
 An atlas requested by speed is reported in speeds, not in the rates that its file holds.
 """
 
-import re
-import shlex
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from sweep.errors import plain_text
 from sweep.model.quantity import Quantity
 from sweep.request.spec import SweepSpec
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -38,42 +32,19 @@ class ReportedAs:
         return self.quantity.spell(self.value(of_parameter), digits)
 
 
-def words_of_command(dataset: "xr.Dataset") -> list[str]:
-    """Return the names of the words in the command that made an atlas, taken from the first line of its history."""
-    return _names_in(plain_text(dataset.attrs.get("history", "")).partition("\n")[0])
-
-
-def with_substitutes(command: str, spec: SweepSpec) -> str:
-    """Add to a command the substitute words of a spec that it does not contain.
-
-    They come from Python or from a spec file; the history of the atlas keeps them.
-    """
-    names = _names_in(command)
-    more = (f"{name}={text}" for name, text in spec.substitutes.items() if name not in names)
-    return " ".join([command, *map(shlex.quote, more)])
-
-
-def _names_in(command: str) -> list[str]:
-    try:
-        words = shlex.split(command)
-    except ValueError:
-        # another program has cut the history
-        words = command.split()
-    return [match[1] for word in words if (match := re.match(r"(\w+)=", word))]
-
-
-def reported_as(spec: SweepSpec, asked: Iterable[str]) -> Mapping[str, ReportedAs]:
+def reported_as(spec: SweepSpec, asked: Iterable[str] = ()) -> Mapping[str, ReportedAs]:
     """Return the quantity in which each parameter is reported: itself, or the substitute that was asked for.
 
     Parameters
     ----------
     spec : SweepSpec
-    asked : iterable of str
-        Names of words. A later name replaces an earlier one. Ignored are substitutes whose scale differs between cells,
-        and substitutes that decrease as their control increases, because 'above the boundary' would become 'below'.
+    asked : iterable of str, optional
+        Names of words, besides those of the request. A later name replaces an earlier one. Ignored are substitutes
+        whose scale differs between cells, and substitutes that decrease as their control increases, because 'above the
+        boundary' would become 'below'.
     """
     reported = {name: ReportedAs(each) for name, each in spec.quantities.items()}
-    for name in asked:
+    for name in (*spec.requested, *asked):
         if name in spec.quantities:
             reported[name] = ReportedAs(spec.quantities[name])
         elif substitute := spec.model.substitutes.get(name):

@@ -31,6 +31,7 @@ _TEXTS = (
     "title",
     "summary",
     "history",
+    "requested_as",
     "source",
     "criterion",
     "method",

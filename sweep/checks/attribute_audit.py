@@ -1,7 +1,6 @@
 """Comparison of the attributes, types and dimensions of an atlas with its spec and its model's tables."""
 
 import hashlib
-import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Set
 from typing import TYPE_CHECKING, Any
@@ -13,6 +12,7 @@ from sweep.atlas.cf_metadata import (
     cell_declarations,
     coordinate_declarations,
     global_attributes,
+    read_texts,
 )
 from sweep.checks.statement import Statement
 from sweep.errors import shown
@@ -27,6 +27,7 @@ FREE: Mapping[str, str] = {
     "title": "free text",
     "history": "free text, except for the time in date_created",
     "comment": "free text",
+    "requested_as": "the words and units of the request, which the spec does not contain",
     "kernel_hash": "identifies the code that computed the cells; a hash does not reveal the code",
     "versions": "the libraries installed when the cells were computed",
 }
@@ -63,14 +64,6 @@ _TIME = r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ"
 _Attributes = Mapping[str, Any]
 
 
-def _is_table_of_versions(text: str) -> bool:
-    try:
-        named = json.loads(text)
-    except (ValueError, RecursionError):
-        return False
-    return isinstance(named, dict) and all(isinstance(each, str) for each in named.values())
-
-
 #: Global attributes whose form is checked: the expected form, and a test of whether they have it.
 _FORMS: Mapping[str, tuple[str, Callable[[SweepSpec, _Attributes, str], object]]] = {
     "source": (
@@ -90,7 +83,8 @@ _FORMS: Mapping[str, tuple[str, Callable[[SweepSpec, _Attributes, str], object]]
         lambda _, held, text: re.fullmatch(_TIME, text) and text in str(held.get("history", text)),
     ),
     "kernel_hash": ("the form of a SHA-256", lambda _, __, text: re.fullmatch("[0-9a-f]{64}", text)),
-    "versions": ("a table of versions in JSON", lambda _, __, text: _is_table_of_versions(text)),
+    "versions": ("a table of versions in JSON", lambda _, __, text: read_texts(text) is not None),
+    "requested_as": ("a table of words in JSON", lambda _, __, text: read_texts(text) is not None),
     "title": ("text", lambda _, held, __: isinstance(held["title"], str)),
     "history": ("text", lambda _, held, __: isinstance(held["history"], str)),
 }

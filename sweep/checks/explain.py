@@ -16,7 +16,7 @@ from sweep.atlas import row_edges
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.atlas.parts import nearest_cell
-from sweep.atlas.report_units import ReportedAs, reported_as, words_of_command
+from sweep.atlas.report_units import ReportedAs, reported_as
 from sweep.checks.tally import difference, other_bits
 from sweep.checks.variables import Stated, allowed_of_cells
 from sweep.engine.compute import arithmetic_hash, compute, reach_and_scale
@@ -110,7 +110,7 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
     contradicted = [
         name for name, (value, error) in in_time.items() if _apart(table[name], stored[name], value, error)
     ]
-    reported = reported_as(spec, (*words_of_command(dataset), *given))
+    reported = reported_as(spec, given)
     lines = [
         *_where(spec, place, given, reported),
         *_start(spec, start, reported),

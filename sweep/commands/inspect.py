@@ -108,9 +108,8 @@ def _warn(file: "xr.Dataset") -> None:
     """Warn if the range of a control misses the predicted boundary."""
     from sweep.atlas.dataset import spec_of
     from sweep.atlas.outlook import one_sided
-    from sweep.atlas.report_units import words_of_command
 
-    for warning in one_sided(spec_of(file), file, words_of_command(file)):
+    for warning in one_sided(spec_of(file), file):
         say(f"warning: {warning}")
 
 

@@ -12,7 +12,7 @@ from sweep.atlas import row_edges, share
 from sweep.atlas.boundary_rows import Row, boundary_rows, curve_rows
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
-from sweep.atlas.report_units import ReportedAs, reported_as, words_of_command
+from sweep.atlas.report_units import ReportedAs, reported_as
 from sweep.errors import counted, plain_text
 from sweep.model.bodies.tables import CALLED
 from sweep.model.quantity import ERROR_GAUGE, Input, Quantity, spell_size, with_unit
@@ -38,7 +38,7 @@ def describe(dataset: "xr.Dataset") -> str:
     model = spec.model
     require(dataset, (model.peak, model.error_name))
     errors = list(_errors(dataset, spec))
-    reported = reported_as(spec, words_of_command(dataset))
+    reported = reported_as(spec)
     known = {name: _cut(plain_text(dataset.attrs.get(name, "unknown"))) for name in _MAKERS}
     lines = [
         known["title"],
@@ -80,7 +80,7 @@ def boundary_table(dataset: "xr.Dataset", asked: Iterable[str] = ()) -> str:
     was refined. Values are reported in the words that made the atlas, or in the words `asked` for.
     """
     spec = spec_of(dataset)
-    reported = reported_as(spec, (*words_of_command(dataset), *asked))
+    reported = reported_as(spec, asked)
     if spec.is_list:
         return "This atlas has no boundary: it is a list of starts, not a grid with rows. See eulerdisk info."
     groups = groupby(boundary_rows(dataset), lambda row: (row["along"], row["edge"]))

@@ -81,7 +81,7 @@ def run(
     first = [] if spec is None else [spec]
     command = shlex.join(["eulerdisk", "run", *origin, *first, *words, "-o", str(output)])
     with stoppable() as stopping, showing(quiet=quiet) as progress:
-        _warn(request, words)
+        _warn(request)
         failures = run_to_file(
             request,
             output,
@@ -123,7 +123,7 @@ def prepare(
     )
     show(str(journal.folder))
     say(f"{counted(request.size, 'cell')} in {counted(len(journal.spans), 'block')}")
-    _warn(request, words)
+    _warn(request)
 
 
 def block(
@@ -202,7 +202,7 @@ def plan(
         forecast = Forecast.measured(request, threads)
         block_cells = block_cells or suitable_block(forecast.rate, least_cells(threads))
     show("\n".join(describe(request, output, forecast, block_cells, used, available)))
-    _warn(request, words)
+    _warn(request)
     try:
         if forecast is None:
             bound = journal_bytes(request, request.size) + file_bytes(request)
@@ -214,12 +214,11 @@ def plan(
         raise typer.Exit(1) from None
 
 
-def _warn(request: "SweepSpec", words: list[str] | None) -> None:
+def _warn(request: "SweepSpec") -> None:
     """Warn if theory predicts no boundary in any row of a grid: usually the range belongs to another disk."""
     from sweep.atlas.outlook import one_sided
-    from sweep.request.words import pairs
 
-    for warning in one_sided(request, asked=pairs(words or [])):
+    for warning in one_sided(request):
         say(f"warning: {warning}")
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sweep.atlas.boundary_rows import boundary_rows, curve_rows
-from sweep.atlas.cf_metadata import edge_names
+from sweep.atlas.cf_metadata import edge_names, read_texts
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.atlas.row_edges import ROW_STATUS
 from sweep.atlas.share import unstable_share
@@ -50,10 +50,11 @@ def summary(dataset: "xr.Dataset") -> dict[str, Any]:
         "boundary": [_edge(dataset, axis, edge) for axis, edge in found_edges(dataset, spec)],
         "curves": int(dataset["curve_closed"].values.size) if "curve_closed" in dataset else 0,
         "history": plain_text(dataset.attrs.get("history", "")).split("\n"),
+        "requested_as": dict(spec.requested),
         "source": str(dataset.attrs.get("source", "")),
         "license": str(dataset.attrs.get("license", "")),
         "citation": str(dataset.attrs.get("citation", "")),
-        "versions": _versions(dataset),
+        "versions": read_texts(dataset.attrs.get("versions")) or {},
         "kernel_hash": str(dataset.attrs.get("kernel_hash", "")),
         "sweep_fingerprint": str(dataset.attrs.get("sweep_fingerprint", "")),
         "sweep_spec": json.loads(spec.canonical()),
@@ -128,10 +129,3 @@ def _edge(dataset: "xr.Dataset", axis: str, edge: str) -> dict[str, Any]:
             ROW_STATUS[code]: count for code, count in zip(codes.tolist(), counts.tolist(), strict=True)
         },
     }
-
-
-def _versions(dataset: "xr.Dataset") -> Any:
-    try:
-        return json.loads(str(dataset.attrs.get("versions", "{}")))
-    except (ValueError, RecursionError):
-        return {}

@@ -27,7 +27,7 @@ from sweep.request.sources import Distribution, Range, Values
 from sweep.request.spec_file import SWEEP_TABLES, find_spec_file, place, read_file
 from sweep.request.start_list import START, WORDS, implied, with_list
 from sweep.request.start_table import Column, StartTable, table_for
-from sweep.request.substitutes import changed, parameter_of, resolved, substitutes_in
+from sweep.request.substitutes import changed, parameter_of, requested_in, resolved
 from sweep.request.system_model import names_file, with_system
 from sweep.request.values import Value, at_word, read_value
 from sweep.request.words import (
@@ -100,8 +100,8 @@ class SweepSpec:
     model : Model
     axes : tuple of str
     criterion : Criterion
-    substitutes : mapping of str to str
-        The given words that replace a parameter, such as `speed`, with their original text, for reports.
+    requested : mapping of str to str
+        The text of given words that replace a parameter, such as `speed`, or have a unit; reports use these words.
 
     Raises
     ------
@@ -118,7 +118,7 @@ class SweepSpec:
     method: str
     boundary: str
     device: str
-    substitutes: Mapping[str, str]
+    requested: Mapping[str, str]
     _values: Mapping[str, Any]
 
     # positional-only: a user may give a word with the name "self"
@@ -128,7 +128,7 @@ class SweepSpec:
         check_body_named(model, words)
         order = words.pop("axes", None)
         check_known(words, model)
-        substitutes, words = substitutes_in(words, model), resolved(words, model)
+        requested, words = requested_in(words, model), resolved(words, model)
         values = {**_defaults(model), **{name: read_word(name, raw, model) for name, raw in words.items()}}
         if "method" not in words:
             values["method"] = model.methods_for(values)[0]
@@ -146,7 +146,7 @@ class SweepSpec:
             ("model", model),
             ("axes", given if order is None else read_axes(order, given)),
             ("_values", MappingProxyType(values)),
-            ("substitutes", MappingProxyType(substitutes)),
+            ("requested", MappingProxyType(requested)),
         ):
             object.__setattr__(self, name, value)
         self.criterion.check(self)
@@ -175,7 +175,11 @@ class SweepSpec:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return the function and arguments from which pickle rebuilds the spec."""
-        return _unpickled, (self.canonical(), self._values["starts"])
+        return type(self).from_canonical, (
+            self.canonical(),
+            dict(self.requested),
+            self._values["starts"] or None,
+        )
 
     def __repr__(self) -> str:
         """Return the words that make this spec; a table is shown in angle brackets, because no text makes it."""
@@ -449,8 +453,10 @@ class SweepSpec:
         return hashlib.sha256(self.canonical().encode("ascii")).hexdigest()
 
     @classmethod
-    def from_canonical(cls, text: str) -> Self:
-        """Return the spec that `canonical` wrote.
+    def from_canonical(
+        cls, text: str, requested: Mapping[str, str] | None = None, starts: StartTable | None = None
+    ) -> Self:
+        """Return the spec that `canonical` wrote, with its `requested`, and with its table, whose values no text has.
 
         Raises
         ------
@@ -470,18 +476,15 @@ class SweepSpec:
             missing = [name for name in needed if name not in words and not implied(name, given)]
             if missing:
                 raise ValueError(f"it lacks {', '.join(missing)}")
-            return cls(**words)
+            spec = cls(**words)
         except (ValueError, TypeError, AttributeError, RecursionError) as problem:
             raise RequestError(
                 f"{shown(text)} was not written by SweepSpec.canonical(): {problem}.",
                 hint="Take the text unchanged from the atlas.",
             ) from problem
-
-
-def _unpickled(text: str, starts: StartTable | str) -> SweepSpec:
-    spec = SweepSpec.from_canonical(text)
-    # the text does not contain the values of a table
-    return spec.replace(starts=starts) if starts else spec
+        spec = spec if starts is None else spec.replace(starts=starts)
+        object.__setattr__(spec, "requested", MappingProxyType(dict(requested or {})))
+        return spec
 
 
 def _defaults(model: Model) -> dict[str, Any]:

@@ -50,16 +50,18 @@ def _is_substitute(name: str, raw: object, model: Model) -> bool:
     return name in model.substitutes and (name not in model.parameters or has_unit(raw))
 
 
-def substitutes_in(words: Mapping[str, Any], model: Model) -> dict[str, str]:
-    """Return the substitutes among words, with their given text; long texts become ``...``."""
-    found = {name: raw for name, raw in words.items() if _is_substitute(name, raw, model)}
-    texts = {
-        name: ",".join(map(str, raw)) if isinstance(raw, list | tuple) else str(raw)
-        for name, raw in found.items()
-    }
-    return {
-        name: text if len(text) <= _LONGEST and text.isprintable() else "..." for name, text in texts.items()
-    }
+def requested_in(words: Mapping[str, Any], model: Model) -> dict[str, str]:
+    """Return the given text of words that a spec stores otherwise: substitutes and values with a unit.
+
+    Long texts become ``...``.
+    """
+    quantities, found = {**model.parameters, **model.settings}, {}
+    for name, raw in words.items():
+        text = ",".join(map(str, raw)) if isinstance(raw, list | tuple) else str(raw)
+        is_short = len(text) <= _LONGEST and text.isprintable()
+        if _is_substitute(name, raw, model) or (name in quantities and is_short and has_unit(text)):
+            found[name] = text if is_short else "..."
+    return found
 
 
 def changed(held: Mapping[str, Any], changes: Mapping[str, Any], model: Model) -> dict[str, Any]:

@@ -41,14 +41,15 @@ _OTHERS = (
     "criterion", "device", "elapsed_time", "end_time", "ending", "error", "fingerprint", "fixed", "from",
     "from_canonical", "from_toml", "from_words", "headline", "interval", "is_list", "label", "listed", "method",
     "model", "name", "output", "preset", "quantities", "read", "replace", "resolve", "sensitive_from", "shape",
-    "size", "stability", "stable", "status", "steps", "substitutes", "system", "threads", "time", "title", "to_toml",
+    "requested", "size", "stability", "stable", "status", "steps", "system", "threads", "time", "title", "to_toml",
     "undecided", "unproved", "verdict", "words",
 )  # fmt: skip
 #: Global attributes and dimensions of an atlas, except those from the words of a request
 #: (`tests/request/test_system_names.py` compares them with a written atlas).
 _WRITTEN = (
     "Conventions", "citation", "criterion_meaning", "curve", "date_created", "history", "kernel_hash", "keywords",
-    "license", "references", "software", "source", "start", "summary", "sweep_fingerprint", "sweep_spec", "versions",
+    "license", "references", "requested_as", "software", "source", "start", "summary", "sweep_fingerprint",
+    "sweep_spec", "versions",
 )  # fmt: skip
 
 #: Prefixes and suffixes of the names that an atlas derives from axes, states and measures.

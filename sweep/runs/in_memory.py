@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sweep.atlas.dataset import assemble, empty_columns
-from sweep.atlas.report_units import with_substitutes
 from sweep.engine.compute import Block, check_block_cells, check_device, compute, use_threads
 from sweep.engine.grid import BLOCK_CELLS, Span, starts_of
 from sweep.errors import StoppedError, are, counted
@@ -99,7 +98,7 @@ def _compute_atlas(spec: SweepSpec, block_cells: int | None, show: Show, stoppin
         timetable.report(int(share * bisected_cells(spec)))
         check_stop()
 
-    atlas = assemble(spec, columns, with_substitutes("sweep.run", spec), report_search)
+    atlas = assemble(spec, columns, "sweep.run", report_search)
     # an interrupt returns no atlas, so it must not say that all work was done
     check_stop()
     return atlas

@@ -127,7 +127,10 @@ class Manifest:
 
     def write(self, path: Path) -> None:
         """Write the manifest; the file is absent or complete."""
-        content = vars(self) | {"spec": json.loads(self.spec.canonical())}
+        content = vars(self) | {
+            "spec": json.loads(self.spec.canonical()),
+            "requested": dict(self.spec.requested),
+        }
         content["checksum"] = _digest(content)
         publish_bytes(path, (json.dumps(content, indent=1) + "\n").encode("ascii"))
 
@@ -144,8 +147,9 @@ class Manifest:
             content = json.loads(path.read_text("ascii"))
             if content.pop("checksum") != _digest(content):
                 raise ValueError("the checksum does not match")
-            spec = SweepSpec.from_canonical(json.dumps(content.pop("spec"), sort_keys=True))
+            text = json.dumps(content.pop("spec"), sort_keys=True)
             _check_types(content)
+            spec = SweepSpec.from_canonical(text, content.pop("requested"))
             manifest = cls(spec, **content)
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError, RequestError) as problem:
             raise RequestError(
@@ -161,7 +165,7 @@ def _check_types(content: Mapping[str, object]) -> None:
     for name, value in content.items():
         if name == "block_cells":
             fits = type(value) is int and value > 0
-        elif name in ("arithmetic", "recorded", "machine"):
+        elif name in ("arithmetic", "recorded", "machine", "requested"):
             fits = isinstance(value, dict) and all(isinstance(text, str) for text in value.values())
         else:
             fits = isinstance(value, str)
@@ -172,7 +176,8 @@ def _check_types(content: Mapping[str, object]) -> None:
 def _with_starts(spec: SweepSpec, path: Path) -> SweepSpec:
     """Return a spec with the values of its table, from a file in the folder of the run."""
     try:
-        return spec.replace(starts=spec.starts.from_bytes(path.read_bytes()))
+        starts = spec.starts.from_bytes(path.read_bytes())
+        return SweepSpec.from_canonical(spec.canonical(), spec.requested, starts)
     except (OSError, RequestError) as problem:
         reason = (
             problem.message if isinstance(problem, RequestError) else getattr(problem, "strerror", problem)

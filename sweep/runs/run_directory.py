@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from sweep.atlas.cf_metadata import created
-from sweep.atlas.report_units import with_substitutes
 from sweep.atomic import TEMPORARY, create, publish, publish_bytes, sync_folder
 from sweep.engine.compute import check_block_cells
 from sweep.errors import RequestError
@@ -92,7 +91,7 @@ def begin_or_resume(
     check_run_fits(path, spec, spec.size)
     cells = block_cells or suitable_block_cells(spec, threads)
     with refusals(path):
-        journal = Journal.create(folder, Manifest.new(spec, cells, made, with_substitutes(command, spec)))
+        journal = Journal.create(folder, Manifest.new(spec, cells, made, command))
         sync_folder(folder.parent)
     return journal
 

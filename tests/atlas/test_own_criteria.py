@@ -38,13 +38,13 @@ def fixed_time(monkeypatch):
 
 
 def test_reclassified_is_as_if_run_with_it():
-    """Reclassifying gives the bits and attributes of a new run, in both directions; only the history differs."""
+    """Reclassifying gives the bits and attributes of a new run, in both directions; only the request differs."""
     for spec in OWN.values():
         fresh, before = sweep.run(spec), sweep.run(spec.replace(criterion="departure:5deg"))
         assert len(np.unique(fresh.stability)) > (spec.size > 1)
         for given, wanted in ((before, fresh), (fresh, before)):
             found = sweep.reclassify(given, wanted.attrs["criterion"])
-            found.attrs["history"] = wanted.attrs["history"]
+            found.attrs |= {name: wanted.attrs[name] for name in ("history", "requested_as")}
             xr.testing.assert_identical(found, wanted)
 
 

@@ -33,6 +33,7 @@ FREE_TEXT = {
     "history": "free text, beside the time of date_created",
     "kernel_hash": "names code that cannot be had from it: all that is found is that other code made the file",
     "versions": "nothing in the file follows from them",
+    "requested_as": "words and units that the spec does not contain",
 }
 
 

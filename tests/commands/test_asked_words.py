@@ -1,6 +1,8 @@
 """Answers use the user's words: a request for a speed is answered in speeds."""
 
+import json
 import math
+import pickle
 import re
 
 import numpy as np
@@ -9,7 +11,6 @@ from messages import assert_facts, missing, row
 
 import sweep
 from sweep.atlas.outlook import one_sided
-from sweep.atlas.report_units import with_substitutes, words_of_command
 from sweep.checks.explain import explain
 from sweep.commands.report import boundary_table, describe
 from sweep.request.spec import SweepSpec
@@ -42,7 +43,6 @@ def asked(request, monkeypatch):
     words, parameter, convert = ASKED[request.param]
     preset, *words = (words + " " + DISK).split()
     atlas = sweep.run(SweepSpec.from_words(preset, words))
-    atlas.attrs["history"] = f"1970-01-01T00:00:00Z eulerdisk run {preset} {' '.join(words)} -o 'an atlas.nc'"
     return request.param, parameter, convert, atlas
 
 
@@ -93,7 +93,7 @@ def test_an_atlas_and_a_cell_are_told_in_it(asked):
 def test_a_range_on_one_side_is_told_in_it():
     """The suggested range uses the word of the request, can be pasted and contains the boundary."""
     words = ["radius=0.2", "speed=0.1:0.3:5", "tilt=1deg,2deg"]
-    (warning,) = one_sided(SweepSpec.from_words("rolling", words), asked=["speed"])
+    (warning,) = one_sided(SweepSpec.from_words("rolling", words))
     assert warning.startswith("speed=0.1:0.3:5 ")
     assert_facts(warning, "unstable")
     offered = warning.rpartition(" ")[2]
@@ -104,15 +104,18 @@ def test_a_range_on_one_side_is_told_in_it():
 def test_a_word_that_means_another_rate_in_each_cell_is_not_used():
     """With several radii a speed is not unique, so the report uses the file's own parameter."""
     atlas = sweep.run(SweepSpec(roll_rate="2:6:5", tilt="1deg", radius="0.2,0.4"))
-    atlas.attrs["history"] = "1970-01-01T00:00:00Z eulerdisk run 'broken speed=1:2:5"
     assert "boundary_roll_rate [rad s-1]" in boundary_table(atlas, ["speed"])
 
 
 def test_python_and_a_file_ask_in_words_too(tmp_path):
-    """The atlas keeps the words, also in the file of an interrupted run; a command's words are not repeated."""
+    """The atlas keeps the words and their units, also in the file of an interrupted run."""
     given = {"radius": 0.2, "speed": "0.7 m/s:1.2 m/s:6", "tilt": "1deg:3deg:3"}
     atlas = sweep.run("rolling", **given)
-    assert words_of_command(atlas) == ["speed"]
+    assert (
+        json.loads(atlas.attrs["requested_as"]).items()
+        >= {"speed": given["speed"], "tilt": given["tilt"]}.items()
+    )
+    assert pickle.loads(pickle.dumps(atlas.eulerdisk.spec)).requested == atlas.eulerdisk.spec.requested
     assert "boundary_speed [m s-1]" in boundary_table(atlas)
     file = tmp_path / "speeds.toml"
     file.write_text('radius = 0.2\nspeed = "0.7:1.2:6"\ntilt = "1deg:3deg:3"\n')
@@ -122,6 +125,5 @@ def test_python_and_a_file_ask_in_words_too(tmp_path):
     # resuming reads the folder, which has only the rate
     run_to_file(SweepSpec.from_canonical(spec.canonical()), tmp_path / "a.nc")
     with sweep.open_atlas(tmp_path / "a.nc") as stored:
-        assert stored.attrs["history"].endswith(" speed=0.7:1.2:6")
+        assert json.loads(stored.attrs["requested_as"]) == dict(spec.requested)
         assert "boundary_speed [m s-1]" in boundary_table(stored)
-    assert with_substitutes("eulerdisk run speed=1 m/s", spec) == "eulerdisk run speed=1 m/s"

@@ -194,5 +194,5 @@ def test_a_manifest_that_was_edited_is_read_or_refused(written, value):
         place for place in places if len(place) == 2 or place[0] in ("created", "command", "fingerprint")
     }
     numbers = {("block_cells",)} if type(value) is int and value > 0 else set()
-    nothing = {("arithmetic",), ("recorded",), ("machine",)} if value == {} else set()
+    nothing = {("arithmetic",), ("recorded",), ("machine",), ("requested",)} if value == {} else set()
     assert set(read) == (texts if value == "x" else numbers | nothing)
