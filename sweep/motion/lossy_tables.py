@@ -75,7 +75,7 @@ LOSSY_TRAJECTORY: Mapping[str, Quantity] = table(
              ERROR_GAUGE, "0 for the exact motion, so this is an error of the integration"),
     *(TRAJECTORY[name] for name in _FORCES),
     Quantity("held", "", "1", "rates that dry friction holds at 0", DECISION,
-             "sum of 1: contour friction holds the roll rate where the contact runs; 2: pivoting friction holds the "
+             "sum of 1: contour friction holds the roll rate; 2: pivoting friction holds the "
              "rotation about the vertical; 4: rolling friction holds tilt and roll; 0: dry friction holds nothing",
              "i1"),
     *error_rows(LOSSY_ERRORS),

@@ -50,9 +50,17 @@ CALLED: Mapping[str, str] = MappingProxyType({
 _MOMENTS = ("axial_moment", "transverse_moment")
 
 
-def _length(name: str, symbol: str, long_name: str, rule: str, allows: Callable[[Array], Truths]) -> Input:
+#: The lengths of bodies in radii, which may also be given in metres.
+_LENGTH_NAMES: Mapping[str, str] = MappingProxyType({
+    "tube": "radius of the tube of a torus", "thickness": "thickness of a disk",
+    "fillet": "radius of the edges of a rim or an arc",
+    "offset": "distance along the axis of the centre of mass from the centre of an arc, a ball or a spheroid",
+})  # fmt: skip
+
+
+def _length(name: str, symbol: str, rule: str, allows: Callable[[Array], Truths]) -> Input:
     return Input(
-        name, symbol, "1", f"{long_name}, over the outer radius", GRID,
+        name, symbol, "1", f"{_LENGTH_NAMES[name]}, over the outer radius", GRID,
         "given with a unit of length, it is divided by the radius",
         default=NONE, rule=rule, allows=allows, words=(NONE,), meaning="the body has no such length",
         constants={NONE: 0.0},
@@ -67,15 +75,12 @@ def _moment(name: str, symbol: str, long_name: str) -> Input:
     )  # fmt: skip
 
 
-def _in_metres(name: str, symbol: str, long_name: str) -> Substitute:
+def _in_metres(name: str) -> Substitute:
     """Return the substitute of a length over the radius: the length in metres, under the same name."""
     return Substitute(
-        name, symbol, "m", long_name, GRID, parameter=name, needs=("radius",), scale=lambda body: body["radius"]
+        name, PARAMETERS[name].symbol, "m", _LENGTH_NAMES[name], GRID,
+        parameter=name, needs=("radius",), scale=lambda body: body["radius"],
     )  # fmt: skip
-
-
-def _of_bodies(row: Input, **changes: object) -> Input:
-    return replace(row, long_name=row.long_name.replace("the disk", "the body"), **changes)  # type: ignore[arg-type]
 
 
 # fmt: off
@@ -84,18 +89,15 @@ PARAMETERS: Mapping[str, Input] = table(
     disk.PARAMETERS["tilt_rate"],
     replace(disk.PARAMETERS["precession_rate"], words=(disk.WOBBLE,),
             meaning="with roll_rate=wobble, the rate that keeps the tilt constant while the centre of mass rests"),
-    _of_bodies(disk.PARAMETERS["roll_rate"],
-               description="times the distance of the contact point from the axis, it is the speed of that point along "
-                           "its path; positive: forwards"),
-    _length("tube", r"\rho", "radius of the tube of a torus", "0 <= tube < 1",
-            lambda tube: (tube >= 0.0) & (tube < 1.0)),
-    _length("thickness", "d", "thickness of a disk", "0 <= thickness <= 10",
+    replace(disk.PARAMETERS["roll_rate"],
+            long_name="initial rate of roll about the axis of the body, in the precessing frame",
+            description="times the distance of the contact point from the axis, it is the speed of that point along "
+                        "its path; positive: forwards"),
+    _length("tube", r"\rho", "0 <= tube < 1", lambda tube: (tube >= 0.0) & (tube < 1.0)),
+    _length("thickness", "d", "0 <= thickness <= 10",
             lambda thickness: (thickness >= 0.0) & (thickness <= 10.0)),
-    _length("fillet", "r", "radius of the edges of a rim or an arc", "0 <= fillet <= 1",
-            lambda fillet: (fillet >= 0.0) & (fillet <= 1.0)),
-    _length("offset", "e",
-            "distance along the axis of the centre of mass from the centre of an arc, a ball or a spheroid",
-            "-3 < offset < 3", lambda offset: np.abs(offset) < 3.0),
+    _length("fillet", "r", "0 <= fillet <= 1", lambda fillet: (fillet >= 0.0) & (fillet <= 1.0)),
+    _length("offset", "e", "-3 < offset < 3", lambda offset: np.abs(offset) < 3.0),
     Input("flattening", "f", "1", "flattening of a spheroid, 1 minus the polar radius over the equatorial radius",
           GRID, "negative: prolate", default=NONE, rule="-2 <= flattening <= 0.8",
           allows=lambda flattening: (flattening >= -2.0) & (flattening <= 0.8), words=(NONE,),
@@ -109,11 +111,13 @@ PARAMETERS: Mapping[str, Input] = table(
 SUBSTITUTES: Mapping[str, Substitute] = table(
     *(disk.SUBSTITUTES[name] for name in ("scaled_tilt_rate", "scaled_precession_rate", "scaled_roll_rate",
                                           "inclination", "diameter")),
-    *(_in_metres(name, PARAMETERS[name].symbol, PARAMETERS[name].long_name.removesuffix(", over the outer radius"))
-      for name in ("tube", "thickness", "fillet", "offset")),
+    *map(_in_metres, _LENGTH_NAMES),
 )
 
-SETTINGS: Mapping[str, Input] = table(*(_of_bodies(row) for row in disk.SETTINGS.values()))
+SETTINGS: Mapping[str, Input] = MappingProxyType({
+    **disk.SETTINGS,
+    "fall_tilt": replace(disk.SETTINGS["fall_tilt"], long_name="tilt at which the body counts as fallen"),
+})
 
 OPTIONS: Mapping[str, Word] = table(
     # the default is the body that needs no length
@@ -131,21 +135,29 @@ ENDINGS = Endings(
     lost_time=disk.ENDINGS.lost_time,
 )
 
-#: The variables of the disk, with the moment of the body in the scale of the perturbation.
-VARIABLES: Mapping[str, Quantity] = table(
-    ENDINGS.quantity,
-    *(replace(row, description=row.description.replace(
-        disk.AMPLIFICATION_SCALE,
-        "scale = sqrt((tilt - steady tilt)^2 + tilt_rate^2 (1 + transverse moment) radius / gravity)"))
-      for name, row in disk.VARIABLES.items() if name != "ending"),
+AMPLIFICATION_SCALE = (
+    "scale = sqrt((tilt - steady tilt)^2 + tilt_rate^2 (1 + transverse moment) radius / gravity)"
 )
+
+#: The variables of the disk, with the moment of the body in the scale of the perturbation.
+VARIABLES: Mapping[str, Quantity] = MappingProxyType({
+    **disk.VARIABLES,
+    "ending": ENDINGS.quantity,
+    "amplification": replace(
+        disk.VARIABLES["amplification"],
+        description=f"{AMPLIFICATION_SCALE}; missing where ending is steady, not_computed, unresolved or invalid",
+    ),
+})
 # fmt: on
 
 #: Additional variables with ``contact=yes``.
-CONTACT_VARIABLES: Mapping[str, Quantity] = table(
-    *(replace(row, description=row.description.replace("the disk", "the body"))
-      for row in disk.CONTACT_VARIABLES.values()),
-)  # fmt: skip
+CONTACT_VARIABLES: Mapping[str, Quantity] = MappingProxyType({
+    **disk.CONTACT_VARIABLES,
+    "least_normal_force": replace(
+        disk.CONTACT_VARIABLES["least_normal_force"],
+        description="the body would lift off where it is not positive",
+    ),
+})  # fmt: skip
 
 #: Words of a request that choose this model.
 CHOOSING = ("body", "filling", *(name for names in LENGTHS.values() for name in names), *_MOMENTS)

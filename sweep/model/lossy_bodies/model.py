@@ -16,7 +16,14 @@ from sweep.model.disk.initial_conditions import check_steady_rates
 from sweep.model.lossy_bodies import tables, theory
 from sweep.model.lossy_bodies.mechanics import MECHANICS
 from sweep.model.lossy_disk.audit import SampledAudit
-from sweep.model.lossy_disk.model import LOSSY_DISK, LossyDisk, check_losses, integrator, with_constants
+from sweep.model.lossy_disk.model import (
+    LOSSY_DISK,
+    SOURCES_OF_LOSSES,
+    LossyDisk,
+    check_losses,
+    integrator,
+    with_constants,
+)
 from sweep.model.lossy_disk.tables import LOSSES, NO_AIR, some
 from sweep.model.quantity import Array
 from sweep.model.rows import LARGEST, spell_values, worst_cases
@@ -77,17 +84,14 @@ class LossyBodies(LossyDisk):
         "the energy that each loss takes and the extreme tilts of the motion, {}, and the verdict of a criterion.",
         keywords="rolling body of revolution, torus, Euler's disk, dissipation, dry friction, air drag, "
         "parameter sweep",
-        references=f"equations: docs/bodies.md of this program; {LOSSY_DISK.words.references.partition('; ')[2]}",
+        references=f"equations: docs/bodies.md of this program; {SOURCES_OF_LOSSES}",
     )
     line_words = LineWords(
         critical="analytic critical {} of the body without losses, the limit of a vanishing perturbation",
         limit="without losses, in the limit of no perturbation",
     )
     synonyms = BODIES.synonyms
-    ambiguous = {  # noqa: RUF012 - the base class declares it a Mapping
-        **BODIES.ambiguous,
-        "fall_tilt": LOSSY_DISK.ambiguous["fall_tilt"].replace("the disk", "the body"),
-    }
+    ambiguous = {**BODIES.ambiguous, "fall_tilt": LOSSY_DISK.ambiguous["fall_tilt"]}  # noqa: RUF012 - likewise
 
     def headline(self, spec: Request) -> str:
         """Return a title, from the rates, the body and the losses of the spec."""
@@ -151,10 +155,6 @@ class LossyBodies(LossyDisk):
     def line_label(self, spec: Request, axis: str) -> str:
         """Return the formula of the squared critical rate without losses."""
         return BODIES.line_label(spec, axis)
-
-    def lost_in_words(self, spec: Request, stored: Mapping[str, float]) -> str:
-        """Return when the body fell flat."""
-        return super().lost_in_words(spec, stored).replace("a disk", "a body")
 
     def reason_without_verdicts(self, spec: Request) -> str:
         """Return that a body with two edges has no steady upright motion, as for the body without losses."""

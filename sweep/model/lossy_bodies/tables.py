@@ -20,30 +20,18 @@ DEFAULT, FACED = "torus", ("rounded", "rim")
 OPTIONAL = (*bodies.OPTIONAL, "tube")
 
 
-def _in_words(text: str) -> str:
-    return text.replace("the disk", "the body").replace("a disk that lies", "a body that lies")
-
-
-def _of_bodies(row: Quantity, **changes: object) -> Quantity:
-    words = {"long_name": _in_words(row.long_name), "description": _in_words(row.description)}
-    return replace(row, **(words | changes))  # type: ignore[arg-type]
-
-
-_OF_LOSSES: Mapping[str, Input] = table(
+PARAMETERS: Mapping[str, Input] = table(
+    *bodies.PARAMETERS.values(),
     *(
-        replace(row, long_name=_in_words(row.long_name), description=_in_words(row.description))
+        row
         for name, row in disk.PARAMETERS.items()
         if name in arrays.PARAMETERS and name not in bodies.PARAMETERS
-    )
+    ),
 )
-
-PARAMETERS: Mapping[str, Input] = table(*bodies.PARAMETERS.values(), *_OF_LOSSES.values())
 
 SUBSTITUTES = bodies.SUBSTITUTES
 
-SETTINGS: Mapping[str, Input] = table(
-    *(replace(row, long_name=_in_words(row.long_name)) for row in disk.SETTINGS.values())
-)
+SETTINGS = disk.SETTINGS
 
 OPTIONS: Mapping[str, Word] = table(
     replace(
@@ -57,10 +45,7 @@ OPTIONS: Mapping[str, Word] = table(
 )
 
 ENDINGS = Endings(
-    *(
-        replace(ending, meaning=_in_words(ending.meaning), reason=_in_words(ending.reason))
-        for ending in disk.ENDINGS
-    ),
+    *disk.ENDINGS,
     Ending(
         code.EDGE_CHANGE,
         "edge_change",
@@ -71,7 +56,8 @@ ENDINGS = Endings(
     lost_time="end_time",
 )
 
-_CHANGED: Mapping[str, Mapping[str, object]] = {
+_CHANGED: Mapping[str, Mapping[str, str]] = {
+    "amplification": {"description": disk.describe_amplification(bodies.AMPLIFICATION_SCALE)},
     "path_length": {
         "long_name": "path length of the contact point along its circle on the body",
         "description": "without the motion across that circle when a rounded edge rolls to and fro; "
@@ -81,6 +67,10 @@ _CHANGED: Mapping[str, Mapping[str, object]] = {
 
 VARIABLES: Mapping[str, Quantity] = table(
     ENDINGS.quantity,
-    *(_of_bodies(row, **_CHANGED.get(name, {})) for name, row in disk.VARIABLES.items() if name != "ending"),
+    *(
+        replace(row, **_CHANGED.get(name, {}))  # type: ignore[arg-type]
+        for name, row in disk.VARIABLES.items()
+        if name != "ending"
+    ),
 )
 assert tuple(PARAMETERS) == arrays.PARAMETERS

@@ -138,6 +138,12 @@ def integrator(
 #: Kinds of criterion whose first breach the kernels find -> their numbers (`kernels.lossy_disk.arrays`).
 _LIMITED = {"departure": 1.0, "amplification": 2.0}
 
+#: References for the laws of the losses.
+SOURCES_OF_LOSSES = (
+    "friction: Leine, Arch. Appl. Mech. 79 (2009) 1063; Le Saux, Leine and Glocker, J. Nonlinear Sci. 15 (2005) 27; "
+    "air: Moffatt, Nature 404 (2000) 833; Bildsten, Phys. Rev. E 66 (2002) 056309"
+)
+
 
 class LossyDisk(Model):
     """The thin disk that rolls without slipping, with friction at its contact and drag of the air."""
@@ -167,9 +173,7 @@ class LossyDisk(Model):
         "criterion.",
         keywords="rolling disk, Euler's disk, dissipation, dry friction, air drag, finite-time singularity, parameter "
         "sweep",
-        references="equations: McDonald and McDonald, arXiv:physics/0008227; friction: Leine, Arch. Appl. Mech. 79 "
-        "(2009) 1063; Le Saux, Leine and Glocker, J. Nonlinear Sci. 15 (2005) 27; air: Moffatt, Nature 404 (2000) 833; "
-        "Bildsten, Phys. Rev. E 66 (2002) 056309",
+        references=f"equations: McDonald and McDonald, arXiv:physics/0008227; {SOURCES_OF_LOSSES}",
     )
     line_words = LineWords(
         critical="analytic critical {} of the disk without losses, the limit of a vanishing perturbation",
@@ -182,7 +186,7 @@ class LossyDisk(Model):
     synonyms = DISK.synonyms
     ambiguous = {  # noqa: RUF012 - the base class declares it a Mapping
         **DISK.ambiguous,
-        "fall_tilt": "With losses write flat_tilt, the tilt at which the disk counts as flat.",
+        "fall_tilt": "With losses write flat_tilt, the tilt that counts as flat.",
     }
 
     def headline(self, spec: Request) -> str:
@@ -281,11 +285,11 @@ class LossyDisk(Model):
         return np.asarray(np.maximum(high, -low) + error >= spec.flat_tilt)
 
     def lost_in_words(self, spec: Request, stored: Mapping[str, float]) -> str:
-        """Return when the disk fell flat."""
+        """Return when it fell flat."""
         tilt = tables.SETTINGS["flat_tilt"].spell(spec.flat_tilt, 6)
         return (
-            f"the tilt reached flat_tilt, {tilt}, after {stored['end_time']:.6g} s, and a disk that lies flat is "
-            "unstable by this criterion"
+            f"the tilt reached flat_tilt, {tilt}, after {stored['end_time']:.6g} s, and lying flat is unstable by this "
+            "criterion"
         )
 
     def open_in_words(self, spec: Request, stored: Mapping[str, float]) -> str:

@@ -69,7 +69,7 @@ _ARM = "its torque is this arm times the normal force, opposite to that rotation
 # fmt: off
 PARAMETERS: Mapping[str, Input] = table(
     *(row for name, row in disk.PARAMETERS.items() if name in arrays.PARAMETERS),
-    Input("mass", "m", "kg", "mass of the disk", GRID,
+    Input("mass", "m", "kg", "mass", GRID,
           f"{UNKNOWN}: no law of the request needs it",
           default=UNKNOWN, rule="mass > 0", allows=positive, words=(UNKNOWN,), constants={UNKNOWN: 1.0}),
     _loss("rolling_friction", "c_r", "m", "lever arm of dry rolling friction, against rotation about the horizontal",
@@ -81,8 +81,8 @@ PARAMETERS: Mapping[str, Input] = table(
           "roll_rate"),
     _loss("air_viscosity", r"\mu", "Pa s", "dynamic viscosity of the air", "used by the law that air_law names"),
     _loss("air_density", r"\rho", "kg m-3", "density of the air", "used only by air_law=bildsten"),
-    Input("friction", r"\mu_s", "1", "friction coefficient of disk and plane", GRID,
-          f"the disk slips where rolling needs more; {UNLIMITED}: it never slips",
+    Input("friction", r"\mu_s", "1", "friction coefficient at the contact", GRID,
+          f"a motion slips where rolling needs more; {UNLIMITED}: it never slips",
           default=UNLIMITED, rule="friction > 0", allows=positive, words=(UNLIMITED,), constants={UNLIMITED: math.inf}),
 )
 
@@ -97,7 +97,7 @@ LOSS_PARAMETERS = (*ARMS, "contour_damping", *AIR)
 SETTINGS: Mapping[str, Input] = table(
     DURATION,
     STEP,
-    replace(disk.SETTINGS["fall_tilt"], name="flat_tilt", long_name="tilt at which the disk counts as flat",
+    replace(disk.SETTINGS["fall_tilt"], name="flat_tilt", long_name="tilt that counts as flat",
             default=math.radians(89.9), rule="0 deg < flat_tilt < 90 deg"),
     replace(disk.SETTINGS["tolerance"], units="1", rule="1e-12 <= tolerance <= 0.1",
             long_name="largest imbalance of the energy of a cell, over m g R: it determines the length of the steps"),
@@ -114,10 +114,10 @@ ENDINGS = Endings(
     ),
     Ending(
         code.FLAT, "flat", "the tilt reached flat_tilt", LOST,
-        "the tilt reached flat_tilt, and a disk that lies flat is unstable by this criterion",
+        "the tilt reached flat_tilt, and lying flat is unstable by this criterion",
     ),
     Ending(
-        code.REST, "rest", "dry friction holds the disk at rest, at a tilt below flat_tilt", FINAL,
+        code.REST, "rest", "dry friction holds it at rest, at a tilt below flat_tilt", FINAL,
         "dry friction holds it at rest, so that this holds for all time",
     ),
     Ending(
@@ -125,12 +125,12 @@ ENDINGS = Endings(
         "the duration was over, and within it this holds",
     ),
     Ending(
-        code.LIFT_OFF, "lift_off", "the normal force vanished: the disk leaves the table, and the model ends", OPEN,
-        "the disk left the table",
+        code.LIFT_OFF, "lift_off", "the normal force vanished: it leaves the table, and the model ends", OPEN,
+        "it left the table",
     ),
     Ending(
-        code.SLIP, "slip", "rolling needed more than the friction coefficient: the disk slips, and the model ends",
-        OPEN, "the disk slipped",
+        code.SLIP, "slip", "rolling needed more than the friction coefficient: it slips, and the model ends",
+        OPEN, "it slipped",
     ),
     Ending(
         code.UNDISTURBED, "undisturbed", "upright with nothing to disturb it: there is nothing to measure",
@@ -140,7 +140,7 @@ ENDINGS = Endings(
     Ending(
         code.UNRESOLVED, "unresolved",
         "the imbalance of the energy stayed above the tolerance even with shorter steps, or there were too many steps "
-        "or switches of friction, or rolling friction was barely too weak to hold the disk", FAILED,
+        "or switches of friction, or rolling friction was barely too weak to hold it", FAILED,
         "the imbalance of its energy stayed above the tolerance even with shorter steps, or it took too many steps or "
         "switches of friction, or rolling friction was barely too weak to hold it",
     ),
@@ -160,7 +160,8 @@ LOSSES: Mapping[str, tuple[str, str]] = MappingProxyType({
     "air": ("air_viscosity", "air_loss"),
 })
 
-_NO_NUMBERS = "missing where ending is not_computed, undisturbed, unresolved or invalid"
+_NO_CELLS = "where ending is not_computed, undisturbed, unresolved or invalid"
+_NO_NUMBERS = f"missing {_NO_CELLS}"
 _TIME = Tolerance(0.0, 1e-9, "each time is as near to the true one as time_error states", "time_error")
 _STATE = Tolerance(1e-6, 1e-5, "the state at the ending is known less well than its time")
 _LATE = Tolerance(1e-6, 1e-5, "a motion gets delayed when it passes a maximum of its potential slowly: tilt_error "
@@ -177,6 +178,11 @@ def _lost_to(law: str, measure: str) -> Quantity:
     return Quantity(measure, "W", "1", f"energy lost to {words}, over mass * gravity * radius", _SUM, _NO_NUMBERS)
 
 
+def describe_amplification(scale: str) -> str:
+    """Return the description of the amplification, with the formula of its scale."""
+    return f"{scale}; missing where that is 0, and {_NO_CELLS}"
+
+
 def _as_without_losses(name: str, description: str) -> Quantity:
     """Return a row of the disk without losses with another description."""
     return replace(disk.VARIABLES[name], description=description)
@@ -189,10 +195,9 @@ VARIABLES: Mapping[str, Quantity] = table(
     _as_without_losses("tilt_min", f"signed like the coordinate tilt, until the ending; {_NO_NUMBERS}"),
     _as_without_losses("tilt_max", f"signed like the coordinate tilt, until the ending; {_NO_NUMBERS}"),
     _as_without_losses("peak_tilt", f"the larger of |tilt_min| and |tilt_max|; {_NO_NUMBERS}"),
-    _as_without_losses("amplification", f"{disk.AMPLIFICATION_SCALE}; missing where that is 0, and "
-                                        f"{_NO_NUMBERS.removeprefix('missing ')}"),
+    _as_without_losses("amplification", describe_amplification(disk.AMPLIFICATION_SCALE)),
     Quantity("end_time", "t_e", "s", "time until the ending", _TIME,
-             "where ending is flat: the time aloft; rest: the time until the disk stopped; otherwise: the time for "
+             "where ending is flat: the time aloft; rest: the time until it stopped; otherwise: the time for "
              f"which the motion was computed; {_NO_NUMBERS}"),
     Quantity("end_tilt", r"\theta_e", "rad", "tilt at the ending", _LATE, f"signed; {_NO_NUMBERS}"),
     Quantity("heading_turned", r"\Delta\psi", "rad", "angle by which the heading turned", _TURNED,

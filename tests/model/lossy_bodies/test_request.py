@@ -22,7 +22,7 @@ REFUSED = {
     "body=torus tube=0.2 thickness=0.1 rolling_friction=10um": "has no thickness",
     "body=torus tube=0.2 rolling_friction=2m radius=1m": "shorter than the radius",
     "body=torus tube=0.2 contour_damping=1e-6": "needs the mass",
-    "body=torus tube=0.2 rolling_friction=10um fall_tilt=80deg": "flat_tilt, the tilt at which the body",
+    "body=torus tube=0.2 rolling_friction=10um fall_tilt=80deg": "flat_tilt, the tilt that counts as flat",
     "body=torus tube=0.2 rolling_friction=10um alpha=1": "alpha is for the thin disk",
     "body=torus tube=0.2 rolling_friction=10um method=exact": "method is rk4",
     "body=torus tube=0.2 rolling_friction=10um path=yes": "path",
