@@ -1,6 +1,5 @@
 """One point of the map: the numbers of the nearest stored cell, and the text of `eulerdisk explain`."""
 
-import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -146,11 +145,12 @@ def explanation(view: View, stored: Stored | None, fields: Mapping[str, Any]) ->
     """
     from sweep.atlas.dataset import assemble
     from sweep.checks.explain import explain
+    from sweep.checks.explanation_text import write_computed_cell
 
     x, y = place(fields)
     at = {view.x.name: float(x[0]), view.y.name: float(y[0])}
     if alone := _spec_of_motion(view, fields):
-        return _shorten_explanation(explain(assemble(alone, _compute(alone), "explorer"), {}).text, alone, at)
+        return write_computed_cell(explain(assemble(alone, _compute(alone), "explorer"), {}), at)
     if stored is not None and not view.is_live:
         return NO_CELL if stored.cell(view, *at.values()) is None else stored.explained(view, at)
     axes = {name: Values((value,)) for name, value in at.items()}
@@ -163,12 +163,4 @@ def explanation(view: View, stored: Stored | None, fields: Mapping[str, Any]) ->
         refined = {"boundary": f"refined:{bracket_width(view)!r}"}
     spec = view.live.replace(**axes, **refined)
     # computes single cells on one thread, like motions, in parallel with maps
-    return _shorten_explanation(explain(assemble(spec, _compute(spec), "explorer"), at).text, spec, at)
-
-
-def _shorten_explanation(text: str, spec: SweepSpec, at: Mapping[str, float]) -> str:
-    """Return the text for a cell that was computed for it, without the count of cells and without the file."""
-    parameters = spec.model.parameters
-    where = ", ".join(f"{name} {parameters[name].spell(value)}" for name, value in at.items())
-    kept = re.sub("^repeated .*\n", "", text[text.index("start  ") :], flags=re.MULTILINE)
-    return re.sub("\n{3,}", "\n\n", f"cell        {where}\n{kept}")
+    return write_computed_cell(explain(assemble(spec, _compute(spec), "explorer"), at), at)

@@ -11,7 +11,8 @@ import referee
 from messages import assert_facts, assert_in_order, refused, row
 
 import sweep
-from sweep.checks.explain import _fold, explain
+from sweep.checks.explain import explain
+from sweep.checks.explanation_text import _fold
 from sweep.figures.disk import cell_plot
 from sweep.model.disk import theory
 
@@ -142,10 +143,9 @@ def test_the_row_has_its_boundaries():
 
 def test_a_long_line_is_not_broken_before_a_unit():
     """Wrapping a long line never separates a number from its unit, even a unit of two words."""
-    spec = sweep.SweepSpec.preset("rolling")
     for before in range(90, 120):
         line = "x " * (before // 2) + "2.5508 rad s-1, 1.25 deg, 12 s, 0.1 m and 15 words"
-        folded = _fold(line, spec)
+        folded = _fold(line)
         assert " ".join(folded.split()) == line
         for kept in ("2.5508 rad s-1", "1.25 deg", "12 s", "0.1 m"):
             assert kept in folded
