@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sweep.atlas.dataset import spec_of
-from sweep.atlas.selection import BETWEEN
+from sweep.atlas.selection import INTERPOLATED
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import Array
 from sweep.request.spec import SweepSpec
@@ -61,7 +61,10 @@ def interpolated(atlas: "xr.Dataset", given: Mapping[str, Any]) -> "xr.Dataset":
     measures = cells.drop_vars(whole).interp(lines) if lines else cells.drop_vars(whole)
     measures = measures.sel(points, method="nearest").assign_coords(places)
     found = measures.assign(cells[whole].sel(places, method="nearest").assign_coords(places).data_vars)
-    found.attrs = {"title": f"{BETWEEN}{atlas.attrs['title']}"}
+    found.attrs = {
+        "title": f"Between the cells of: {atlas.attrs['title']}",
+        INTERPOLATED: spec.fingerprint(),
+    }
     return found[list(cells.data_vars)]
 
 

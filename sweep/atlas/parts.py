@@ -149,8 +149,9 @@ def is_other(axis: Range | Values, place: int, value: float) -> bool:
 def _example(spec: SweepSpec, name: str) -> str:
     axis = getattr(spec, name).array()
     # the number of a start must be whole
-    number = spec.quantities[name].spell(axis[axis.size // 2], 10 if spec.is_list else 3).split()[0]
-    return number + ("deg" if spec.quantities[name].units == "rad" else "")
+    quantity, digits = spec.quantities[name], 10 if spec.is_list else 3
+    number = f"{axis[axis.size // 2] * quantity.plot_scale:.{digits}g}"
+    return number + ("deg" if quantity.units == "rad" else "")
 
 
 class _Given(NamedTuple):

@@ -189,11 +189,12 @@ def in_words(status: npt.NDArray[np.integer], axis: str, edge: str = "", across:
         )
         lines.append(f"no {what}{place(without)}: {', '.join(reasons)}")
     if several:
-        lines.append(f"more than one {edge} edge{place(several)}".replace("  ", " "))
+        lines.append(f"more than one {f'{edge} edge' if edge else 'edge'}{place(several)}")
     return lines
 
 
 def name(code: int, edge: str = "") -> str:
     """Return the name of a code in words; if an edge is given, "other" becomes the opposite edge."""
-    words = ROW_STATUS[code].replace("_", " ")
-    return words.replace("other", {"upper": "lower", "lower": "upper"}.get(edge, "other"))
+    if code == OTHER_EDGE_ONLY and edge:
+        return "lower edge only" if edge == "upper" else "upper edge only"
+    return ROW_STATUS[code].replace("_", " ")

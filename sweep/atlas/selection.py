@@ -36,8 +36,8 @@ _MOST_LISTED = 50_000
 _ROUNDING = 1e-12
 
 
-#: Beginning of the title of a dataset that was interpolated between the cells of an atlas.
-BETWEEN = "Between the cells of: "
+#: Attribute of a dataset that was interpolated between the cells of an atlas: the fingerprint of its spec.
+INTERPOLATED = "interpolated_from"
 
 
 def is_atlas(dataset: "xr.Dataset") -> bool:
@@ -66,7 +66,7 @@ def require_atlas(dataset: Any) -> None:
             f"An atlas is an xarray.Dataset; got a {type(dataset).__name__}.",
             hint="Give a dataset from sweep.run or sweep.open_atlas.",
         )
-    if str(dataset.attrs.get("title", "")).startswith(BETWEEN):
+    if INTERPOLATED in dataset.attrs:
         raise RequestError(
             "This is not a stability atlas: eulerdisk.interp interpolated it between the cells of one.",
             hint="Use the atlas itself, or compute one there; dataset.to_netcdf saves interpolated values.",

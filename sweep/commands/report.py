@@ -192,10 +192,9 @@ def _fixed(dataset: "xr.Dataset", spec: SweepSpec, reported: Mapping[str, Report
 
 def _not_there(value: float | str, quantity: Input) -> bool:
     """Return whether a fixed value switches an effect off: a coefficient left at 0, a limit left at none."""
-    nothing = quantity.default in quantity.words or (
-        quantity.default == 0.0 and quantity.rule.endswith(">= 0")
-    )
-    return nothing and value == quantity.default
+    has_sign = quantity.allows(np.array([-1.0]))[0]
+    nothing = quantity.default in quantity.words or (quantity.default == 0.0 and not has_sign)
+    return bool(nothing) and value == quantity.default
 
 
 def _untimed(spec: SweepSpec) -> Iterator[str]:

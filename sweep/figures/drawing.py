@@ -19,10 +19,10 @@ from sweep.errors import RequestError
 from sweep.figures.look import Look
 from sweep.figures.panels import MIXED, Edge, Panel
 from sweep.figures.room import HALO
-from sweep.figures.scales import add_second_axis, set_log_ticks, set_scale, unit_of_label
+from sweep.figures.scales import add_second_axis, set_log_ticks, set_scale
 from sweep.figures.shade import COLOURS, LEAST, Shade, common_norm, flag_colours, is_wide
 from sweep.figures.texts import number
-from sweep.model.quantity import Array, Truths
+from sweep.model.quantity import Array, Truths, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -341,8 +341,8 @@ def _draw_contours(axes: "Axes", panel: Panel, levels: Sequence[float]) -> None:
     drawn = axes.contour(panel.x.values, panel.y.values, values, levels, **_CONTOUR)
     drawn.set_path_effects(CONTOUR_EDGE)
     quantity = panel.shade.quantity
-    unit = unit_of_label(quantity)
-    label = f"{quantity.name.replace('_', ' ')} of {', '.join(map(number, levels))} {unit}".rstrip()
+    values_text = with_unit(", ".join(map(number, levels)), quantity.plot_units)
+    label = f"{quantity.name.replace('_', ' ')} of {values_text}"
     axes.plot([], [], color="white", linewidth=0.9, path_effects=CONTOUR_EDGE, label=label)
 
 

@@ -16,7 +16,7 @@ from sweep.atlas.row_edges import in_words
 from sweep.errors import RequestError
 from sweep.figures.borders import Borders, find_borders
 from sweep.figures.look import LINEAR, SCALED, SPEED, SQUARED, Look
-from sweep.figures.scales import Scale, Speed, check_rate_is_drawn, readable, scale, unit_of_label
+from sweep.figures.scales import Scale, Speed, check_rate_is_drawn, readable, scale
 from sweep.figures.shade import Shade, drawable, shade
 from sweep.figures.texts import number
 from sweep.model.quantity import FAILED, MISSING, STABLE, UNDECIDED, UNSTABLE, Array, Truths
@@ -432,7 +432,7 @@ def value_text(spec: SweepSpec, name: str) -> str:
     """Return a parameter that is the same in every cell, with its value, in mathtext."""
     quantity = readable(spec.model.parameters[name], abs(getattr(spec, name)))
     # keep symbol, number and unit on one line
-    unit = unit_of_label(quantity).replace(" ", "\u00a0")
+    unit = quantity.plot_units.replace(" ", "\u00a0")
     number = _spell_in_mathtext(getattr(spec, name) * quantity.plot_scale)
     symbol = quantity.symbol or quantity.name.replace("_", r"\_").join((r"\mathrm{", "}"))
     return f"${symbol} = {number}$\u00a0{unit}".rstrip("\u00a0")

@@ -12,7 +12,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocat
 
 from sweep.errors import RequestError
 from sweep.figures.look import LINEAR, RATES, SCALED, SQUARED
-from sweep.model.quantity import Array, Input, Quantity
+from sweep.model.quantity import Array, Input
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -87,11 +87,6 @@ class Scale:
         return (values**2 if self.rate == SQUARED else values) * self.factor
 
 
-def unit_of_label(quantity: Quantity) -> str:
-    """Return the unit in the label of a quantity, in mathtext; empty for a pure number."""
-    return quantity.plot_label.rpartition(" (")[2].rstrip(")") if quantity.units != "1" else ""
-
-
 def _words_of_axis(
     quantity: Input, rate: str, unit: tuple[float, str] | None, speed: Speed | None, largest: float
 ) -> dict[str, Any]:
@@ -112,7 +107,7 @@ def _words_of_axis(
     scaled = unit and (1.0 / math.sqrt(unit[0]), f"${symbol}\\,/\\sqrt{{{unit[1]}}}$")
     if rate == SCALED and scaled:
         return {"label": f"{name} {scaled[1]}", "units": "", "factor": scaled[0], "second": None}
-    label, units, factor = quantity.plot_label, unit_of_label(quantity), quantity.plot_scale
+    label, units, factor = quantity.plot_label, quantity.plot_units, quantity.plot_scale
     if speed is not None:
         word, times = next((word, n) for least, word, n in _SPEEDS if largest * speed.factor >= least)
         units, factor = f"{word} s$^{{-1}}$", speed.factor * times
@@ -134,9 +129,9 @@ class _Short(Input):
         return self.unit.replace("\u00b5", "u")
 
     @property
-    def plot_label(self) -> str:
-        """The label of an axis."""
-        return super().plot_label.replace("(m)", f"({self.unit})")
+    def plot_units(self) -> str:
+        """The unit, as figures write it."""
+        return self.unit
 
     @property
     def plot_scale(self) -> float:

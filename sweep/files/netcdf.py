@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sweep.atlas.selection import BETWEEN, as_atlas, attributes_of, require_atlas
+from sweep.atlas.selection import INTERPOLATED, as_atlas, attributes_of, require_atlas
 from sweep.errors import RequestError, as_path, shown
 from sweep.files.one_thread import netcdf_to_itself
 from sweep.files.paths import check_target
@@ -58,10 +58,9 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
 def _check_kind(dataset: Any) -> None:
     """Refuse a dataset that came from an atlas but is no longer one: no command could open its file."""
     attributes = attributes_of(dataset)
-    between = str(attributes.get("title", "")).startswith(BETWEEN)
     # an audit also has the spec of its atlas
     stated = "sweep_spec" in attributes and "audit" not in dataset
-    if between or stated or isinstance(dataset, type) or not hasattr(dataset, "data_vars"):
+    if INTERPOLATED in attributes or stated or isinstance(dataset, type) or not hasattr(dataset, "data_vars"):
         require_atlas(dataset)
 
 

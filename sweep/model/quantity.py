@@ -123,11 +123,15 @@ class Quantity:
         return _SHOWN.get(self.units, self.units)
 
     @property
+    def plot_units(self) -> str:
+        """Units of value * `plot_scale`, in mathtext; empty for a pure number."""
+        return _POWER.sub(r"\1$^{\2}$", _SHOWN.get(self.units, self.units))
+
+    @property
     def plot_label(self) -> str:
         """Label of an axis that shows value * `plot_scale`, in mathtext."""
         words = self.name.replace("_", " ") + (f" ${self.symbol}$" if self.symbol else "")
-        units = _POWER.sub(r"\1$^{\2}$", _SHOWN.get(self.units, self.units))
-        return f"{words} ({units})" if units else words
+        return f"{words} ({self.plot_units})" if self.plot_units else words
 
     @property
     def plot_scale(self) -> float:

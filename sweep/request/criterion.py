@@ -175,7 +175,9 @@ class Criterion:
     def words(self, model: Model) -> dict[str, str]:
         """Return the values of the placeholders in a kind's sentences, for a model."""
         lost, quantity = model.lost_name, self.row.quantity
-        short = "" if quantity is None else quantity.spell(self.limit, 4).replace(" deg", "°")
+        short = "" if quantity is None else quantity.spell(self.limit, 4)
+        if quantity is not None and quantity.units == "rad":
+            short = f"{math.degrees(self.limit):.4g}°"
         return {
             "kind": self.kind,
             "text": str(self),

@@ -227,8 +227,7 @@ def _read_number_in(token: Token, quantity: Quantity) -> Number:
     try:
         value = read_number(f"{token.number} {token.unit}".strip(), quantity)
     except RequestError as error:
-        problem = error.message.removesuffix(".")
-        refuse(problem[:1].lower() + problem[1:], token.at, error.hint)
+        raise RequestError(f"At character {token.at + 1}: {error.message}", hint=error.hint) from None
     # no tilt is this large: the user meant degrees, not radians
     if quantity.units == "rad" and not token.unit and abs(value) >= math.pi:
         refuse(

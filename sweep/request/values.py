@@ -287,9 +287,9 @@ def as_given(value: float, quantity: Quantity, raw: object) -> Wording:
     return Wording(in_unit(value, quantity, unit), unit)
 
 
-def in_unit(value: float, quantity: Quantity, unit: str, digits: int = 10) -> str:
+def in_unit(value: float, quantity: Quantity, unit: str, digits: int = 10, space: str = " ") -> str:
     """Return a value [SI] as text in a unit that fits its quantity; in SI if the unit is empty."""
-    return f"{value / factor_to_si(unit, quantity):.{digits}g} {unit or _si_unit(quantity)}".rstrip()
+    return f"{value / factor_to_si(unit, quantity):.{digits}g}{space}{unit or _si_unit(quantity)}".rstrip()
 
 
 def limit_in(value: float, quantity: Quantity, unit: str, *, upper: bool) -> str:
@@ -332,7 +332,7 @@ def words_given(
         raw, value = words.get(each.name), values[each.name]
         if isinstance(raw, str) or isinstance(value, str):
             return shown(raw).strip() if isinstance(raw, str) else str(value)
-        return (in_unit(value, each, unit) if units else each.spell(value)).replace(" ", "", 1)
+        return in_unit(value, each, unit if units else each.shown_units, space="")
 
     return " ".join(f"{each.name}={text(each)}" for each in quantities)
 

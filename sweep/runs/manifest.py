@@ -179,11 +179,9 @@ def _with_starts(spec: SweepSpec, path: Path) -> SweepSpec:
         starts = spec.starts.from_bytes(path.read_bytes())
         return SweepSpec.from_canonical(spec.canonical(), spec.requested, starts)
     except (OSError, RequestError) as problem:
-        reason = (
-            problem.message if isinstance(problem, RequestError) else getattr(problem, "strerror", problem)
-        )
+        reason = problem.message if isinstance(problem, RequestError) else f"{problem.strerror}."
         raise RequestError(
-            f"The starts of this run cannot be read from this file: {str(reason).rstrip('.')}.",
+            f"The starts of this run cannot be read from this file: {reason}",
             hint=f"Replace it with an undamaged copy, or start again after {discard(path.parent)}.",
             where=str(path),
         ) from problem

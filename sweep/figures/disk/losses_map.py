@@ -84,7 +84,7 @@ class LossesMap:
         """Return the name and the cells of each loss."""
         known = np.isfinite(self.times)
         return [
-            (in_words(name).replace(" ", "\n"), known & (self.loss == code))
+            (name.replace("_", "\n"), known & (self.loss == code))
             for code, name in enumerate(LOSSES, 1)
             if (known & (self.loss == code)).any()
         ]
