@@ -277,8 +277,9 @@ def _boundary_lines(
             )
         else:
             lines[0] += f", along {name} (stable {side})"
-        yield f"boundary    {lines[0]}"
-        yield from (f"            {line}" for line in lines[1:])
+        first, *others = lines
+        yield f"boundary    {first}"
+        yield from (f"            {line}" for line in others)
     if "curve_point_count" in dataset:
         counts, closed = dataset["curve_point_count"].values, int(dataset["curve_closed"].values.sum())
         points = counted(int(counts.sum()), "point")
