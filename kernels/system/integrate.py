@@ -7,10 +7,11 @@ Parameters
 starts : float64[states + parameters, n]
 settings : float64[3]
     Duration, longest step (0: no limit), tolerance: size of the last terms of a series relative to the first terms.
-measures : float64[4 (2 states + 1 + extremes), n], written
+measures : float64[4 rows, n], written
     For each leg, the largest tolerance first: final states, final time, greatest values, greatest magnitudes of the
-    states at the ends of steps. For a failed leg, the final time is the time until which it was followed, and all
-    other values are NaN.
+    states at the ends of steps, and the numbers of each moment (`kernels.system.moments`). The integrals follow the
+    states; `starts` has no rows for them, because they begin at 0. For a failed leg, the final time is the time until
+    which it was followed, and all other values are NaN.
 counts : int32[6, n], written
     The endings of the legs; the total number of steps; the number of steps not proved to be free of events.
 
@@ -24,14 +25,14 @@ import json
 
 from kernels.lanes.binding import bind
 from kernels.lanes.interface import LaneModel
-from kernels.system import lanes
+from kernels.system import lanes, moments
 from kernels.system.source import functions_of
 
 #: Arguments of `numbers_of` -> its result, because both entry points of a system share their functions.
 _made = {}
 
 
-def entry_point(program, rates, extremes, events, endings, legs=lanes.LEGS):
+def entry_point(program, rates, extremes, events, endings, integrals, watched, legs=lanes.LEGS):
     """Return the entry point of a system (`kernels.native.entry.ParallelEntry`), named after its code.
 
     Parameters
@@ -41,10 +42,17 @@ def entry_point(program, rates, extremes, events, endings, legs=lanes.LEGS):
         See `kernels.system.source.functions_of`.
     endings : tuple of int
         The number of the ending of each of `events`.
+    integrals : tuple of int
+        The instructions of expressions that are integrated over time.
+    watched : tuple of tuple of int
+        The moments: the kind, whether every comparison has to be true, the instruction of the value, and those of the
+        expressions.
     legs : tuple of float
         As `kernels.system.lanes.LEGS`; the benchmark uses legs with a single tolerance.
     """
-    layout, made, numbers, name, copies = numbers_of(program, rates, extremes, events, endings, legs)
+    layout, made, numbers, name, copies = numbers_of(
+        program, rates, extremes, events, endings, integrals, watched, legs
+    )
     return bind(
         LaneModel(
             name=f"system_{name}", layout=layout, prepared_settings=lanes.prepared_settings,
@@ -56,8 +64,8 @@ def entry_point(program, rates, extremes, events, endings, legs=lanes.LEGS):
     )  # fmt: skip
 
 
-def numbers_of(program, rates, extremes, events, endings, legs):
-    """Return the parts of all entry points of a system.
+def numbers_of(*given):
+    """Return the parts of all entry points of a system; the arguments are those of `entry_point`.
 
     Returns
     -------
@@ -70,26 +78,34 @@ def numbers_of(program, rates, extremes, events, endings, legs):
     copies : dict
         The other functions, as `kernels.lanes.binding.rebound_for` keeps them, shared by both entry points.
     """
-    given = program, rates, extremes, events, endings, legs
     if given not in _made:
         _made[given] = _make_numbers(*given)
     return _made[given]
 
 
-def _make_numbers(program, rates, extremes, events, endings, legs):
-    layout, made, text = functions_of(program, rates, extremes, events)
+def _make_numbers(program, rates, extremes, events, endings, integrals, watched, legs):
+    rates = (*rates, *integrals)
+    layout, made, text = functions_of(program, rates, extremes, events, len(integrals), watched)
+    before = len(rates) + len(extremes) + len(events)
+    # the series of the value of each moment, and behind the last one
+    series = [before + sum(len(each) - 2 for each in watched[:m]) for m in range(len(watched) + 1)]
     numbers = {
-        "STATES": len(rates), "EXTREMES": len(extremes), "EVENTS": len(events), "EVENT_ENDINGS": endings or (0,),
+        "STATES": len(rates), "INTEGRALS": len(integrals), "EXTREMES": len(extremes), "EVENTS": len(events),
+        "EVENT_ENDINGS": endings or (0,), "SERIES": series[-1],
+        "ROWS": 2 * len(rates) + 1 + len(extremes) + len(watched) * moments.NUMBERS,
+        "MOMENTS": len(watched), "MOMENT_KINDS": tuple(each[0] for each in watched) or (0,),
+        "MOMENT_EVERY": tuple(each[1] for each in watched) or (0,), "MOMENT_SERIES": tuple(series),
+        "MOMENT_SIZES": tuple(len(each) - 3 for each in watched) or (0,),
         "LEGS": legs,
         **{name: made[name] for name in ("coefficients", "constants", "safe_step")},
         **{name: at for name, at in vars(layout).items() if hasattr(lanes, name)},
     }  # fmt: skip
-    name = hashlib.sha256(repr((text, endings, legs)).encode()).hexdigest()[:24]
+    name = hashlib.sha256(repr((text, endings, watched, legs)).encode()).hexdigest()[:24]
     return layout, made, numbers, name, {}
 
 
 def __getattr__(name):
-    """Make the entry point whose name is a program in JSON: instructions, rates, extremes, events, their endings."""
+    """Make the entry point whose name is a program in JSON: the arguments of `entry_point` except `legs`."""
     if not name.startswith("["):
         # raises AttributeError, as in any module
         return getattr(None, name)
@@ -98,6 +114,9 @@ def __getattr__(name):
 
 
 def program_of(name):
-    """Return the first five arguments of `entry_point`, decoded from its name."""
-    instructions, *numbers = json.loads(name)
-    return tuple(map(tuple, instructions)), *map(tuple, numbers)
+    """Return the arguments of `entry_point` except `legs`, decoded from its name."""
+    return tuple(map(_as_tuple, json.loads(name)))
+
+
+def _as_tuple(value):
+    return tuple(map(_as_tuple, value)) if isinstance(value, list) else value

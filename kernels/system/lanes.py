@@ -14,6 +14,7 @@ from typing import NamedTuple
 from kernels.jit import kernel, simd
 from kernels.lanes.layout import LANES
 from kernels.system.endings import ENDLESS, FIRST_EVENT, GROWS, JUMPS, RUNS_ON, UNRESOLVED
+from kernels.system.moments import GOES_ON, NUMBERS, forget_moments, watch
 from kernels.system.polynomials import ORDER
 from kernels.system.roots import first_above, greatest_to, slope_at, value_at
 
@@ -34,11 +35,17 @@ LEAST_CHANGE = 1e-190
 #: Largest number of steps of a leg.
 MOST_STEPS = 10_000_000.0
 
-#: Numbers of states, of expressions whose greatest value is computed, of expressions that end a motion, of constants.
+#: Numbers of states, of those among them that are integrals and begin at 0, of expressions whose greatest value is
+#: computed, of expressions that end a motion, of moments (`kernels.system.moments`), of constants, of all series.
 STATES: int = 0
+INTEGRALS: int = 0
 EXTREMES: int = 0
 EVENTS: int = 0
+MOMENTS: int = 0
 CONSTANTS: int = 0
+SERIES: int = 0
+#: Number of results of a leg.
+ROWS: int = 0
 #: Number of the ending of each expression that ends a motion.
 EVENT_ENDINGS: tuple = ()
 
@@ -49,6 +56,8 @@ TOP: int = 0
 SIZES: int = 0
 COUNT: int = 0
 UNPROVED: int = 0
+WATCH: int = 0
+SIDE: int = 0
 STEP: int = 0
 END: int = 0
 LOG_TOLERANCE: int = 0
@@ -107,7 +116,7 @@ def constants(cell, lane, starts, lanes):
 def read_start(cell, lane, starts, run, lanes, measures, counts):
     """Read states and constants."""
     for i in range(STATES):
-        lanes[START + i * LANES + lane] = starts[i, cell]
+        lanes[START + i * LANES + lane] = starts[i, cell] if i < STATES - INTEGRALS else 0.0
     constants(cell, lane, starts, lanes)
     lanes[END + lane], lanes[LONGEST + lane] = run.duration, run.longest
     lanes[LEG + lane] = 0.0
@@ -141,6 +150,7 @@ def set_off(lane, run, lanes):
         lanes[SIZES + i * LANES + lane] = abs(lanes[START + i * LANES + lane])
     for i in range(EXTREMES):
         lanes[TOP + i * LANES + lane] = -math.inf
+    forget_moments(lane, lanes)
     lanes[TIME + lane], lanes[COUNT + lane], lanes[UNPROVED + lane] = 0.0, 0.0, 0.0
     lanes[STEP + lane], lanes[BEFORE + lane] = 0.0, 0.0
     for i in range(STATES):
@@ -163,7 +173,7 @@ def _jumps(lane, h, lanes):
     for i in range(STATES):
         size = max(lanes[SIZES + i * LANES + lane], abs(lanes[Y + i * LANES + lane]))
         apart = abs(lanes[SCRATCH + i * COEFFICIENTS + 1] - lanes[SLOPE + i * LANES + lane])
-        noise = NOISE * lanes[SCRATCH + (STATES + EXTREMES + EVENTS) * COEFFICIENTS + i]
+        noise = NOISE * lanes[SCRATCH + SERIES * COEFFICIENTS + i]
         # written so that a rate that is NaN counts as a jump
         if not (apart * h <= room * size + LEAST_CHANGE or apart <= noise):
             return True
@@ -186,7 +196,7 @@ def _failure(lane, lanes):
     """Return why a lane cannot continue from its state, whose series are in the scratch."""
     if not lanes[COUNT + lane] < MOST_STEPS:
         return ENDLESS
-    for i in range(STATES + EXTREMES + EVENTS):
+    for i in range(SERIES):
         # later terms may overflow if a motion grows
         row = SCRATCH + i * COEFFICIENTS
         if not math.isfinite(lanes[row] + lanes[row + 1] + lanes[row + 2]):
@@ -222,6 +232,7 @@ def go_on(lane, place, run, memory):
     for i in range(EXTREMES):
         top = greatest_to(scratch + (STATES + i) * COEFFICIENTS, h, work, memory)
         memory[TOP + i * LANES + lane] = max(memory[TOP + i * LANES + lane], top)
+    watch(lane, scratch, h, GOES_ON, memory)
     memory[TIME + lane] += h
     memory[BEFORE + lane] = h
     memory[COUNT + lane] += 1.0
@@ -244,7 +255,7 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
         if crossing < after or (crossing <= after and ending == RUNS_ON):
             ending, after = FIRST_EVENT + EVENT_ENDINGS[j], crossing
     leg = int(lanes[LEG + lane])
-    first = leg * (2 * STATES + 1 + EXTREMES)
+    first = leg * ROWS
     for i in range(STATES):
         last = value_at(SCRATCH + i * COEFFICIENTS, after, lanes)
         size = max(lanes[SIZES + i * LANES + lane], abs(last))
@@ -256,9 +267,13 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
         row = SCRATCH + (STATES + i) * COEFFICIENTS
         top = max(lanes[TOP + i * LANES + lane], greatest_to(row, after, SCRATCH + WORK, lanes))
         measures[first + STATES + 1 + i, cell] = top if followed else math.nan
+    watch(lane, SCRATCH, after, ending, lanes)
+    for i in range(MOMENTS * NUMBERS):
+        number = lanes[WATCH + i * LANES + lane]
+        measures[first + 2 * STATES + 1 + EXTREMES + i, cell] = number if followed else math.nan
     if followed and after > 0.0 and _ends_wrong(lane, after, lanes):
         ending = JUMPS
-        for row in range(first, first + 2 * STATES + 1 + EXTREMES):
+        for row in range(first, first + ROWS):
             measures[row, cell] = math.nan
         measures[first + STATES, cell] = lanes[TIME + lane] - after
     counts[leg, cell] = ending
@@ -270,9 +285,9 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
         # a smaller tolerance needs more steps
         for later in range(leg + 1, len(LEGS)):
             counts[later, cell] = ENDLESS
-            for row in range(later * (2 * STATES + 1 + EXTREMES), (later + 1) * (2 * STATES + 1 + EXTREMES)):
+            for row in range(later * ROWS, (later + 1) * ROWS):
                 measures[row, cell] = math.nan
-            measures[later * (2 * STATES + 1 + EXTREMES) + STATES, cell] = time
+            measures[later * ROWS + STATES, cell] = time
         return False
     if leg < last:
         lanes[LEG + lane] = leg + 1.0

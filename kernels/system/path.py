@@ -9,7 +9,7 @@ settings : float64[3]
     As for `kernels.system.integrate`.
 times : float64[n]
     Increasing, from 0 to the duration.
-measures : float64[4 (2 states + 1 + extremes), n], written
+measures : float64[4 rows, n], written
     The results of `kernels.system.integrate` for a cell whose duration is each of the times. A leg that has ended
     keeps its final values. For a failed leg, the time until which it was followed, and NaN.
 counts : int32[6, n], written
@@ -29,11 +29,16 @@ from kernels.system import lanes as system_lanes
 from kernels.system.endings import FIRST_EVENT, RUNS_ON, UNRESOLVED
 from kernels.system.integrate import numbers_of, program_of
 from kernels.system.lanes import finish_leg, go_on, prepared_settings, read_start, set_off
+from kernels.system.moments import NUMBERS, watch
 from kernels.system.roots import greatest_to, value_at
 
 LEGS = system_lanes.LEGS
 STATES: int = 0
 EXTREMES: int = 0
+MOMENTS: int = 0
+#: Numbers that `kernels.system.moments` keeps from step to step; results of a leg.
+WATCHED: int = 0
+ROWS: int = 0
 
 # Rows of the lane; see `kernels.system.lanes`.
 TIME: int = 0
@@ -41,6 +46,7 @@ TOP: int = 0
 SIZES: int = 0
 COUNT: int = 0
 UNPROVED: int = 0
+WATCH: int = 0
 BEFORE: int = 0
 STEP: int = 0
 SCRATCH: int = 0
@@ -61,17 +67,35 @@ def coefficients(lane, scratch, lanes):
 
 @kernel
 def _keep(memory):
-    """Save the greatest values and magnitudes at the beginning of a step, after the lane's own memory."""
+    """Save greatest values, magnitudes and moments at the beginning of a step, after the lane's own memory."""
     for j in range(STATES):
         memory[STEPPING + SIZE + j] = memory[SIZES + j * LANES]
     for j in range(EXTREMES):
         memory[STEPPING + SIZE + STATES + j] = memory[TOP + j * LANES]
+    for j in range(WATCHED):
+        memory[STEPPING + SIZE + STATES + EXTREMES + j] = memory[WATCH + j * LANES]
 
 
 @kernel
-def _sample(i, leg, time, d, memory, measures, counts):
-    """Write a sample a time d after the beginning of a step, whose series are in the scratch."""
-    first = leg * (2 * STATES + 1 + EXTREMES)
+def _sample_moments(lane, row, i, begun, d, memory, measures):
+    """Write the moments until a time d after the beginning of a step, from the row `row` on."""
+    kept, now = STEPPING + SIZE + STATES + EXTREMES, memory[TIME]
+    for j in range(WATCHED):
+        memory[kept + WATCHED + j] = memory[WATCH + j * LANES]
+        memory[WATCH + j * LANES] = memory[kept + j]
+    memory[TIME] = begun
+    watch(lane, SCRATCH, d, RUNS_ON, memory)
+    memory[TIME] = now
+    for j in range(MOMENTS * NUMBERS):
+        measures[row + j, i] = memory[WATCH + j * LANES]
+    for j in range(WATCHED):
+        memory[WATCH + j * LANES] = memory[kept + WATCHED + j]
+
+
+@kernel
+def _sample(lane, i, leg, time, begun, memory, measures, counts):
+    """Write a sample in a step that began at `begun`, whose series are in the scratch."""
+    first, d = leg * ROWS, time - begun
     measures[first + STATES, i] = time
     for j in range(STATES):
         found = value_at(SCRATCH + j * system_lanes.COEFFICIENTS, d, memory)
@@ -81,6 +105,7 @@ def _sample(i, leg, time, d, memory, measures, counts):
     for j in range(EXTREMES):
         top = greatest_to(SCRATCH + (STATES + j) * system_lanes.COEFFICIENTS, d, SCRATCH + WORK, memory)
         measures[first + STATES + 1 + j, i] = max(memory[STEPPING + SIZE + STATES + j], top)
+    _sample_moments(lane, first + 2 * STATES + 1 + EXTREMES, i, begun, d, memory, measures)
     counts[leg, i] = RUNS_ON
     _count(i, leg, int(memory[COUNT]), int(memory[UNPROVED]), counts)
 
@@ -95,7 +120,7 @@ def _count(i, leg, steps, unproved, counts):
 @kernel
 def _stay(first, leg, steps, unproved, measures, counts):
     """Copy the final results of a leg, which are in the last column, into all columns from `first` on."""
-    last, rows = measures.shape[1] - 1, 2 * STATES + 1 + EXTREMES
+    last, rows = measures.shape[1] - 1, ROWS
     for i in range(first, last):
         for row in range(leg * rows, (leg + 1) * rows):
             measures[row, i] = measures[row, last]
@@ -117,13 +142,13 @@ def _follow_pass(lane, leg, run, times, memory, measures, counts):
         h = memory[STEP] if ended else memory[BEFORE]
         first = i
         while i < last and (times[i] - begun < h or (ended and times[i] - begun <= h)):
-            _sample(i, leg, times[i], times[i] - begun, memory, measures, counts)
+            _sample(lane, i, leg, times[i], begun, memory, measures, counts)
             i += 1
         if ended:
             break
     steps, unproved = int(memory[COUNT]), int(memory[UNPROVED])
     again = finish_leg(lane, lane, run, memory, measures[:, last:], counts[:, last:])
-    end = measures[leg * (2 * STATES + 1 + EXTREMES) + STATES, last]
+    end = measures[leg * ROWS + STATES, last]
     # a leg that fails in a step is known up to the beginning of the step
     failed = UNRESOLVED <= counts[leg, last] < FIRST_EVENT
     while first < last and not failed and times[first] < end:
@@ -157,9 +182,12 @@ def follow(start, stop, starts, settings, times, measures, counts, memory):
 def entry_point(*given):
     """Return the entry point of a system; the arguments are the same as in `kernels.system.integrate.entry_point`."""
     layout, made, numbers, name, copies = numbers_of(*given, LEGS)
-    found = variant(follow, f"path_{name}", {**numbers, "advance": made["advance"]}, copies)
-    size = layout.STEPPING + layout.SIZE + numbers["STATES"] + numbers["EXTREMES"]
-    # the lane, two scratches, and the values saved at the beginning of a step
+    # the rows of moments end where the length of the step is kept
+    watched = (layout.STEP - layout.WATCH) // LANES
+    flags = {**numbers, "WATCHED": watched, "advance": made["advance"]}
+    found = variant(follow, f"path_{name}", flags, copies)
+    size = layout.STEPPING + layout.SIZE + numbers["STATES"] + numbers["EXTREMES"] + 2 * watched
+    # the lane, two scratches, the values saved at the beginning of a step, and moments at its end
     return found.copied(found.py_func, lambda *_: (aligned(size),))
 
 

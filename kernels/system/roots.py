@@ -1,4 +1,4 @@
-"""First root and greatest value of a polynomial in the time of a step, proved by its Bernstein coefficients.
+"""First root, turning points and greatest value of a polynomial in the time of a step, by Bernstein coefficients.
 
 On an interval, the values of a polynomial lie between the least and the greatest Bernstein coefficient. The number of
 its roots is at most the number of sign changes of the coefficients, and exactly one for one sign change (Descartes'
@@ -66,7 +66,7 @@ def _write_bernstein(row, begin, width, work, memory):
 
 
 @kernel
-def _rounding(row, h, memory):
+def rounding_to(row, h, memory):
     """Return the largest rounding error of a value from 0 to h."""
     total, power = 0.0, 1.0
     for k in range(ORDER + 1):
@@ -89,7 +89,7 @@ def _signs(first, count, memory):
 
 
 @kernel
-def _crossing(row, low, high, memory):
+def crossing(row, low, high, memory):
     """Return where the polynomial, which is positive at `high`, becomes positive, by bisection down to rounding."""
     for _ in range(60):
         middle = 0.5 * (low + high)
@@ -104,7 +104,7 @@ def first_above(row, h, work, memory):
 
     It is not proved if the polynomial touches zero to within rounding.
     """
-    rounding, proved = _rounding(row, h, memory), True
+    rounding, proved = rounding_to(row, h, memory), True
     begin, width = 0.0, h
     while begin < h:
         width = min(width, h - begin)
@@ -114,7 +114,7 @@ def first_above(row, h, work, memory):
         if sign > 0 and (begin == 0.0 or top > rounding):
             return begin, proved
         if changes == 1 and value_at(row, begin + width, memory) > 0.0:
-            return _crossing(row, begin, begin + width, memory), proved
+            return crossing(row, begin, begin + width, memory), proved
         touches = top <= rounding or width <= _LEAST_SHARE * h
         if changes == 0 or touches:
             proved = proved and changes == 0
@@ -123,6 +123,48 @@ def first_above(row, h, work, memory):
             width = 0.5 * width
     # the end of the step
     return (h if value_at(row, h, memory) > 0.0 else math.inf), proved
+
+
+@kernel
+def write_slope(row, slope, memory):
+    """Write the derivative of the polynomial into the row `slope`."""
+    for k in range(ORDER):
+        memory[slope + k] = (k + 1.0) * memory[row + k + 1]
+    memory[slope + ORDER] = 0.0
+
+
+@kernel
+def next_turn(slope, begin, h, work, memory):
+    """Return the first turning point after `begin`, or h; and whether the polynomial rises until then.
+
+    Parameters
+    ----------
+    slope : int
+        The row of its derivative, from `write_slope`.
+    begin : float
+        The beginning of the step, or the last turning point.
+    """
+    # a turning point is not found again
+    place = begin + _LEAST_SHARE * h if begin > 0.0 else begin
+    width, direction = h - place, 0
+    while place < h:
+        width = min(width, h - place)
+        _write_bernstein(slope, place, width, work, memory)
+        sign, changes = _signs(work, ORDER + 1, memory)
+        narrow = width <= _LEAST_SHARE * h
+        if changes > 1 and not narrow:
+            width = 0.5 * width
+            continue
+        direction = sign if direction == 0 else direction
+        if changes % 2 == 1:
+            low, high = place, place + width
+            for _ in range(60):
+                middle = 0.5 * (low + high)
+                same = value_at(slope, middle, memory) * sign > 0.0
+                low, high = middle if same else low, high if same else middle
+            return high, sign > 0
+        place, width = place + width, 2.0 * width
+    return h, direction > 0
 
 
 @kernel
@@ -138,7 +180,7 @@ def _summit(row, low, high, memory):
 @kernel
 def greatest_to(row, h, work, memory):
     """Return the greatest value of the polynomial from 0 to h."""
-    rounding = _rounding(row, h, memory)
+    rounding = rounding_to(row, h, memory)
     best = max(memory[row], value_at(row, h, memory))
     begin, width = 0.0, h
     while begin < h:

@@ -12,6 +12,7 @@ from kernels.system import lanes as system_lanes
 from kernels.system import polynomials
 from kernels.system.hidden import step_lines, watch_lines
 from kernels.system.lanes import JUMP, LEAST_CHANGE, LEAST_JUMP, NOISE
+from kernels.system.moments import COUNTED, GREATEST, LEVEL, NUMBERS
 from kernels.system.polynomials import ORDER
 from kernels.system.series import SeriesSource
 
@@ -24,15 +25,17 @@ class Layout:
 
     Parameters
     ----------
-    states, extremes, constants, series : int
-        Number of rows of each kind; `series` counts all series written into the scratch of a block.
+    states, extremes, constants, series, moments, watched : int
+        Number of rows of each kind; `series` counts all series written into the scratch of a block, and `watched` those
+        of the moments.
     """
 
-    def __init__(self, states, extremes, constants, series):
+    def __init__(self, states, extremes, constants, series, moments, watched):
         rows, at = {}, 0
         for name, count in (
             ("Y", states), ("TIME", 1), ("TOP", extremes), ("SIZES", states), ("COUNT", 1), ("UNPROVED", 1),
-            ("STEP", 1), ("CONSTANT", constants), ("SLOPE", states), ("BEFORE", 1), ("END", 1),
+            ("WATCH", moments * NUMBERS), ("SIDE", watched), ("STEP", 1), ("CONSTANT", constants),
+            ("SLOPE", states), ("BEFORE", 1), ("END", 1),
             ("LOG_TOLERANCE", 1), ("LONGEST", 1),
             ("START", states), ("LEG", 1), ("STEPS", 1), ("SCRATCH", 0),
         ):  # fmt: skip
@@ -40,12 +43,12 @@ class Layout:
             at += count
         # after the series and the magnitudes of the rates, working memory (`kernels.system.roots`)
         rows["WORK"] = series * (ORDER + 1) + states
-        scratch = -(-(rows["WORK"] + ORDER + 1) // LANES) * LANES
+        scratch = -(-(rows["WORK"] + (2 if moments else 1) * (ORDER + 1)) // LANES) * LANES
         rows |= {"RETURNED": rows["CONSTANT"], "STEPPING": rows["START"], "SIZE": rows["SCRATCH"] + scratch}
         vars(self).update(rows)
 
 
-def functions_of(program, rates, extremes, events):
+def functions_of(program, rates, extremes, events, integrals, moments):
     """Return the layout and the four functions of a system given as a program (`kernels.system.series`).
 
     Parameters
@@ -54,6 +57,10 @@ def functions_of(program, rates, extremes, events):
     rates, extremes, events : tuple of int
         The instructions of the rates of the states, of the expressions whose greatest value is computed, and of the
         expressions that end a motion when they are positive.
+    integrals : int
+        The number of the last states that begin at 0, and have no row in `starts`.
+    moments : tuple of tuple of int
+        See `kernels.system.integrate.entry_point`.
 
     Returns
     -------
@@ -63,13 +70,14 @@ def functions_of(program, rates, extremes, events):
     text : str
         Their source.
     """
-    source = SeriesSource(program, rates, (*extremes, *events), ORDER)
-    names = names_of(source)
-    layout = Layout(len(rates), len(extremes), len(names), len(rates) + len(extremes) + len(events))
+    watched = tuple(number for _, _, *numbers in moments for number in numbers)
+    source = SeriesSource(program, rates, (*extremes, *events, *watched), ORDER)
+    names, series = names_of(source), len(rates) + len(extremes) + len(events) + len(watched)
+    layout = Layout(len(rates), len(extremes), len(names), series, len(moments), len(watched))
     text = "\n\n\n".join([
-        constants_text(source, layout, len(rates)), series_text(source, len(rates), names),
+        constants_text(source, layout, len(rates) - integrals), series_text(source, len(rates), names),
         _coefficients(source, layout, len(rates), names), _safe_step(source, layout, len(rates), names),
-        _advance(source, layout, len(rates), len(extremes), names),
+        _advance(source, layout, len(rates), len(extremes), names, len(events), moments),
     ])  # fmt: skip
     more = {name: getattr(polynomials, name) for name in ("value", "upper_bound", "greatest")}
     more["MOST_STEPS"] = system_lanes.MOST_STEPS
@@ -202,8 +210,8 @@ def _radius(texts, row, names):
     return lines, f"r{row}"
 
 
-def _advance(source, layout, states, extremes, names):
-    """Return the source of one step of one lane."""
+def _advance(source, layout, states, extremes, names, count, moments):
+    """Return the source of one step of one lane; `count` is the number of events."""
     lines, found, rounding, watched = call(source, layout, states, names)
     lines += [f"lt = lanes[{layout.LOG_TOLERANCE} + lane]", "longest = 1000.0"]
     seen = {""}
@@ -220,7 +228,7 @@ def _advance(source, layout, states, extremes, names):
         f"cap = lanes[{layout.LONGEST} + lane]",
         "h = cap if h > cap else h",
     ]
-    events = found[states + extremes :]
+    events, timed = found[states + extremes :][:count], found[states + extremes + count :]
     lines += _proved(events) or ["h = left if h > left else h"]
     at = {
         name: getattr(layout, name)
@@ -255,6 +263,8 @@ def _advance(source, layout, states, extremes, names):
         # steps with several maxima, one of which may be the greatest value so far, are handled in scalar code
         lines.append(f"v{i}, most, proved = greatest(h, w{i}, {', '.join(found[states + i])})")
         lines.append(f"unsure = unsure | ((most > lanes[{at['TOP'] + i * LANES} + lane]) & (not proved))")
+    more, levels = _watch_lines(moments, timed, layout)
+    lines += more
     lines += [
         # not finite, or too short to advance the time
         f"lost = (not (t + h > t)) | (count > MOST_STEPS) | (not ({finite} == 0.0)) | jump",
@@ -275,6 +285,8 @@ def _advance(source, layout, states, extremes, names):
         lines.append(f"before = lanes[{at['TOP'] + i * LANES} + lane]")
         lines.append(f"kept = done | (v{i} < before)")
         lines.append(f"lanes[{at['TOP'] + i * LANES} + lane] = before if kept else v{i}")
+    for row, level in levels:
+        lines.append(f"lanes[{row} + lane] = lanes[{row} + lane] if done else {level}")
     lines += [
         f"lanes[{at['TIME']} + lane] = t if done else t + h",
         f"lanes[{at['COUNT']} + lane] = count - 1.0 if done & (not lost) else count",
@@ -301,3 +313,31 @@ def _proved(events):
     lines.append("proved = o0 | o1 | o2 | o3")
     crossed = " | ".join(f"(value(h, {', '.join(each)}) > 0.0) | ({each[0]} > 0.0)" for each in events)
     return [*lines, f"unsure = (not proved) | {crossed}"]
+
+
+def _watch_lines(moments, rows, layout):
+    """Return the lines that detect steps in which a moment may happen, and the new levels with their rows.
+
+    Scalar code handles these steps (`kernels.system.moments.watch`). In other steps all conditions keep their side, at
+    a distance that updates the level.
+    """
+    lines, levels, at = [], [], 0
+    for m, (kind, _, _, *expressions) in enumerate(moments):
+        numbers, near = layout.WATCH + m * NUMBERS * LANES, f"level{m}"
+        if kind != GREATEST:
+            lines.append(f"{near} = lanes[{numbers + LEVEL} + lane]")
+            levels.append((numbers + LEVEL, near))
+        for i in range(len(expressions)):
+            each = rows[at + 1 + i]
+            lines.append(f"under = upper_bound(h, {', '.join(each)})")
+            if kind == GREATEST:
+                # the second-greatest maximum has to be known too
+                lines.append(f"unsure = unsure | (not (under <= lanes[{numbers + COUNTED} + lane]))")
+                continue
+            lines.append(f"beyond = upper_bound(h, {', '.join(f'-{name}' for name in each)})")
+            lines.append(f"side = lanes[{layout.SIDE + (at + i) * LANES} + lane]")
+            lines.append("apart = under if side < 0.0 else (beyond if side > 0.0 else 1.0)")
+            lines.append("unsure = unsure | (not (apart < 0.0))")
+            lines.append(f"{near} = -apart if -apart < {near} else {near}")
+        at += 1 + len(expressions)
+    return lines, levels

@@ -68,12 +68,15 @@ def motion_of_system(model: SystemModel) -> MotionKind:
 
 
 def _variables(definition: Definition, model: SystemModel) -> dict[str, Quantity]:
-    states = [(state.name, state.units, state.name) for state in definition.states]
-    measures = [(measure.name, measure.units, f"{measure.text} so far") for measure in definition.measures]
+    states = [(state.name, state.units, state.name, "") for state in definition.states]
+    measures = [
+        (measure.name, measure.units, f"{measure.text} so far", tables.comment(measure))
+        for measure in definition.measures
+    ]
     rows = []
-    for name, units, words in (*states, *measures):
+    for name, units, words, description in (*states, *measures):
         within = Tolerance(0.0, 1e-9, "each value is within its stated error", tables.stated(name))
-        rows.append(Quantity(name, "", units, words.replace("_", " "), within))
+        rows.append(Quantity(name, "", units, words.replace("_", " "), within, description))
         error = f"stated error of {name.replace('_', ' ')}"
         rows.append(Quantity(tables.stated(name), "", units, error, ERROR_GAUGE, "", "f4"))
     if definition.conserved:

@@ -288,6 +288,7 @@ def _check_used(source: Source, function: ast.FunctionDef, found: Definition) ->
         *(node for end in found.ends for node in end.any_positive),
         *(node for label in found.labels for node in label.all_positive),
         *(node for measure in found.measures for node in measure.expressions),
+        *(node for measure in found.measures if measure.moment for node in measure.moment.expressions),
         *found.conserved,
         *(node for _, node in found.theory),
     ]

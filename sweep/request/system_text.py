@@ -4,7 +4,9 @@
 
     comparisons = comparison { "or" comparison } | comparison { "and" comparison }
     comparison  = side ( "<" | ">" ) side
-    measure     = ( "max" | "min" | "last" ) side
+    measure     = ( "max" | "min" | "last" ) side | ( "mean" | "integral" ) sum | "count" comparisons
+                | "time" "of" moment | "value" "of" sum "at" moment
+    moment      = ( "first" | "last" ) comparisons | ( "max" | "min" ) side
     side        = "abs" "(" sum ")" | sum
     sum         = product { ( "+" | "-" ) product }
     product     = signed { ( "*" | "/" ) signed }
@@ -22,18 +24,22 @@ from typing import NamedTuple, NoReturn, TypeVar
 
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import DECISION, Quantity
-from sweep.model.system.definition import TIME, Measure, Node, symbols
+from sweep.model.system.definition import TIME, Measure, Moment, Node, symbols
 from sweep.model.system.spelling import spelled, spelled_measure
 from sweep.request.expression import SIGNS
 from sweep.request.system_tree import MOST_DEEP, NUMBERS, Part, Tree
-from sweep.request.system_units import ANGLE, PURE, of_result, read_dimension, written
+from sweep.request.system_units import ANGLE, PURE, Dimension, of_result, product, read_dimension, written
 from sweep.request.tokens import NUMBER, UNIT, Tokens, refuse
 from sweep.request.values import read_number
 
 #: Largest number of characters of a string, both as given and in the system's canonical text.
 MOST_CHARACTERS = 2000
 
-KINDS = ("max", "min", "last")
+#: The first words of measures, and the words of moments.
+KINDS, MOMENTS = (
+    ("max", "min", "last", "mean", "integral", "count", "time", "value"),
+    ("first", "last", "max", "min"),
+)
 
 _TOKEN = re.compile(
     rf"""
@@ -69,6 +75,16 @@ class _Side(NamedTuple):
     bare: str = ""
 
 
+class _Measured(NamedTuple):
+    """The parts of a measure; its moment has a kind, expressions, and whether every one has to be positive."""
+
+    kind: str
+    value: _Side | None = None
+    moment: str = ""
+    parts: tuple[Part, ...] = ()
+    every: bool = False
+
+
 class _Parser(Tokens):
     """A parser of a string, with the tree that makes its expressions."""
 
@@ -98,6 +114,40 @@ class _Parser(Tokens):
             refuse(f"{token.text} is not allowed here, only {word}", token.at, otherwise)
         return tuple(found)
 
+    def condition(self) -> tuple[tuple[Part, ...], bool]:
+        """Return the expressions of a condition, and whether every one has to be positive or any of them."""
+        words = [token.text for token in self._tokens[self.next :]]
+        word = next((each for each in ("and", "or") if each in words), "")
+        parts = self.comparisons(word, "Measure each condition separately.")
+        # abs(x) < 2 has two comparisons that are both true
+        return parts, word == "and" or (not word and (words[0] == "abs") == ("<" in words))
+
+    def measure(self) -> _Measured:
+        """Read a measure."""
+        kind = self._word(KINDS)
+        if kind in ("max", "min", "last"):
+            return _Measured(kind, self.side())
+        if kind in ("mean", "integral"):
+            return _Measured(kind, _Side(self.sum()))
+        if kind == "count":
+            return _Measured(kind, None, "first", *self.condition())
+        self.expect("of")
+        value = None
+        if kind == "value":
+            value = _Side(self.sum())
+            self.expect("at")
+        moment = self._word(MOMENTS)
+        if moment in ("first", "last"):
+            return _Measured(kind, value, moment, *self.condition())
+        return _Measured(kind, value, moment, _parts_of(self._tree, self.side(), moment))
+
+    def _word(self, words: tuple[str, ...]) -> str:
+        token = self.peek()
+        if token is None or token.text not in words:
+            self.unexpected(f"one of {', '.join(words)}")
+        self.next += 1
+        return token.text
+
     def _comparison(self, word: str) -> tuple[Part, ...]:
         if (token := self.peek()) is not None and token.text == "not":
             refuse("not is not allowed here", token.at, "Reverse the comparison: x > 2 instead of not x < 2.")
@@ -109,7 +159,7 @@ class _Parser(Tokens):
         self.next += 1
         second = self.side()
         if (more := self.peek()) is not None and more.kind == "sign":
-            refuse("a comparison has two sides", more.at, "Write 1 < x and x < 2 in a label, or two endings.")
+            refuse("a comparison has two sides", more.at, "Write 1 < x and x < 2, or two endings.")
         greater, less = (first, second) if token.text == ">" else (second, first)
         return self._locate_errors(token.at, lambda: self._positive(greater, less, word))
 
@@ -129,7 +179,7 @@ class _Parser(Tokens):
             # |x| > c as one comparison: (x - c)*(x + c) > 0
             if less.part.value is None or less.part.value < 0.0:
                 raise RequestError(
-                    f"in a label abs({greater.part}) can only be compared with a number above 0; got {less.part}",
+                    f"with and, abs({greater.part}) can only be compared with a number above 0; got {less.part}",
                     hint="Write x**2 > y**2.",
                 )
             factors = (tree.summed(sign, greater.part, less.part) for sign in "-+")
@@ -334,25 +384,41 @@ def read_label(text: str, tree: Tree, states: tuple[str, ...]) -> tuple[Node, ..
 
 def read_measure(name: str, text: str, tree: Tree, states: tuple[str, ...]) -> Measure:
     """Return a measure; see `read_ending`."""
-    kind, _, rest = text.strip().partition(" ")
-    if kind not in KINDS or not rest.strip():
+    first, *rest = [*text.split(), ""]
+    if first not in KINDS or rest == [""]:
+        hint = "Write, for instance, max abs(angle), last x - y, mean x, count x > 2 or time of first x > 2."
+        if first in MOMENTS and rest[:2] == ["time", "of"]:
+            hint = f"Write time of {first} {' '.join(rest[2:])}"
+        elif "at" in rest:
+            hint = f"Write value of {text.strip()}"
         raise RequestError(
             f"A measure is one of {', '.join(KINDS)}, followed by an expression; got {shown(text)!r}.",
-            hint="Write, for instance, max abs(angle), min x or last x - y.",
+            hint=f"{shown(hint).rstrip('. ')}.",
         )
-    part, absolute, _bare = _read(rest, tree, lambda parser: parser.side())
-    if absolute and kind != "max":
-        raise RequestError(
-            "abs is allowed only after max", hint="Write max abs(x), or the expression without abs."
-        )
-    nodes = _check_moving((part,), states)
-    units = written(of_result(part.dimension or PURE))
+    read = _read(text, tree, lambda parser: parser.measure())
+    time = tree.names[TIME].dimension or PURE
+    dimension: Dimension = time if read.kind == "time" else PURE
+    nodes: tuple[Node, ...] = ()
+    if read.value is not None:
+        parts = _parts_of(tree, read.value, read.kind)
+        nodes = (*_check_moving(parts[:1], states), *(part.node for part in parts[1:]))
+        dimension = product(read.value.part.dimension or PURE, time, 1.0 if read.kind == "integral" else 0.0)
+    moment = Moment(read.moment, _check_moving(read.parts, states), read.every) if read.moment else None
+    units = written(of_result(dimension))
     if units is None:
         raise RequestError(
             "The unit of this measure has a fractional or too large power.", hint="Raise it to a whole power."
         )
-    expressions = (*nodes, tree.negated(part).node) if absolute else nodes
-    return Measure(name, units, kind, expressions, spelled_measure(kind, expressions))
+    return Measure(name, units, read.kind, nodes, spelled_measure(read.kind, nodes, moment), moment)
+
+
+def _parts_of(tree: Tree, side: _Side, kind: str) -> tuple[Part, ...]:
+    """Return the expressions whose greatest or other value is measured: two for a magnitude."""
+    if side.absolute and kind != "max":
+        raise RequestError(
+            "abs is allowed only after max", hint="Write max abs(x), or the expression without abs."
+        )
+    return (side.part, tree.negated(side.part)) if side.absolute else (side.part,)
 
 
 def read_conserved(text: str, tree: Tree, states: tuple[str, ...]) -> Node:

@@ -12,8 +12,8 @@ from sweep.errors import RequestError, shown
 #: A number without a sign.
 NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 
-#: One factor of a unit with a small power, as in `sweep.request.units`; and, or and not are not units.
-_FACTOR = r"(?!(?:and|or|not)\b)(?:[^\W\d]\w*|[\u00b0%])(?:(?:\*\*|\^)[+-]?[0-9]{1,2}|[+-][0-9]{1,2})?"
+#: One factor of a unit with a small power, as in `sweep.request.units`; and, or, not and at are not units.
+_FACTOR = r"(?!(?:and|or|not|at)\b)(?:[^\W\d]\w*|[\u00b0%])(?:(?:\*\*|\^)[+-]?[0-9]{1,2}|[+-][0-9]{1,2})?"
 #: The unit after a number.
 UNIT = rf"{_FACTOR}(?:(?:\s?[*/]\s?|\s){_FACTOR}){{0,9}}"
 

@@ -82,18 +82,46 @@ class Label:
 
 
 @dataclass(frozen=True)
+class Moment:
+    """A moment of a motion.
+
+    Parameters
+    ----------
+    kind : {"first", "last", "max", "min"}
+        When a condition became true for the first or the last time, or when the value of any of the expressions was
+        greatest or least.
+    expressions : tuple of Node
+        Those of the condition, which is true where any of them, or every one, is positive; or those of the value.
+    every : bool
+    """
+
+    kind: str
+    expressions: tuple[Node, ...]
+    every: bool = False
+
+    @property
+    def is_of_condition(self) -> bool:
+        """Whether it is a moment of a condition."""
+        return self.kind in ("first", "last")
+
+
+@dataclass(frozen=True)
 class Measure:
     """A number that a motion yields.
 
     Parameters
     ----------
     name, units : str
-    kind : {"max", "min", "last"}
+    kind : {"max", "min", "last", "mean", "integral", "count", "time", "value"}
         The greatest or the least value of any of the expressions over the motion, or the value of the first expression
-        at its end. ``max abs(x)`` is the greatest value of ``x`` and ``-x``.
+        at its end, its mean, or its integral over time; how often the condition of `moment` became true; the time of
+        `moment`, or the value of the first expression then. ``max abs(x)`` is the greatest value of ``x`` and ``-x``.
     expressions : tuple of Node
+        Empty for ``count`` and ``time``.
     text : str
         The measure as the user wrote it.
+    moment : Moment, optional
+        For ``count``, ``time`` and ``value``.
     """
 
     name: str
@@ -101,11 +129,17 @@ class Measure:
     kind: str
     expressions: tuple[Node, ...]
     text: str
+    moment: Moment | None = None
 
     @property
     def tops(self) -> int:
         """The number of greatest values that it needs."""
-        return 0 if self.kind == "last" else len(self.expressions)
+        return len(self.expressions) if self.kind in ("max", "min") else 0
+
+    @property
+    def is_integral(self) -> bool:
+        """Whether it follows from the integral of its expression over time."""
+        return self.kind in ("mean", "integral")
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from kernels.system.moments import FIRST, GREATEST, LAST
 from sweep.errors import RequestError, counted
 from sweep.model.description import Columns, LineWords, Model, Reference, Request, Starts, Words
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
 from sweep.model.system import tables
 from sweep.model.system.cell_values import evaluated
-from sweep.model.system.definition import TIME, Definition, Node, Operation
+from sweep.model.system.definition import TIME, Definition, Measure, Node, Operation
 from sweep.model.system.meridian import check_body
 from sweep.model.system.passes import PASSES, Passes
 from sweep.model.system.program import Program
@@ -55,7 +56,15 @@ class SystemModel(Model):
         tops = [
             f"{measure.name} {number}" for measure in definition.measures for number in range(measure.tops)
         ]
-        rows = [*states, tables.END_TIME, *tops, *(f"largest {name}" for name in states)]
+        integrals = [f"{measure.name} integral" for measure in definition.measures if measure.is_integral]
+        moments = [
+            f"{measure.name} {number}"
+            for measure in definition.measures
+            if measure.moment
+            for number in tables.OF_MOMENT
+        ]
+        followed = [*states, *integrals]
+        rows = [*followed, tables.END_TIME, *tops, *(f"largest {name}" for name in followed), *moments]
         self.measures = tuple(f"{leg}: {name}" for leg in PASSES for name in rows)
         self.counts = (*(f"{leg}: ending" for leg in PASSES), "steps", "unproved")
         values = (*(measure.name for measure in definition.measures), tables.END_TIME)
@@ -154,26 +163,40 @@ def _kernel(definition: Definition) -> Kernel:
     tops: Iterable[Node] = (
         _signed(measure.kind, node)
         for measure in definition.measures
-        if measure.kind != "last"
+        if measure.tops
         for node in measure.expressions
     )
     extremes = program.add(tops)
     events = [(number, node) for number, event in enumerate(definition.ends) for node in event.any_positive]
     conditions = program.add(node for _, node in events)
-    name = json.dumps([program.instructions, rates, extremes, conditions, [number for number, _ in events]])
+    integrals = program.add(measure.expressions[0] for measure in definition.measures if measure.is_integral)
+    moments = [_watched(program, measure) for measure in definition.measures if measure.moment]
+    numbers = [number for number, _ in events]
+    name = json.dumps([program.instructions, rates, extremes, conditions, numbers, integrals, moments])
     # two thirds of the time on a busy machine, for 2 to 32 states, up to 24 endings and 16 greatest values
-    seconds = 5.0 + 0.2 * len(program.instructions) + 0.8 * len(extremes)
+    seconds = 5.0 + 0.2 * len(program.instructions) + 0.8 * (len(extremes) + len(moments))
     if seconds > MOST_SECONDS:
         raise RequestError(
             f"This system takes about {seconds:.0f} s to compile; at most {MOST_SECONDS:.0f} s are allowed. It has "
             f"{counted(len(definition.states), 'state')}, {counted(len(events), 'condition')} that end it, "
-            f"{counted(len(extremes), 'greatest value')}, and {counted(len(program.instructions), 'operation')}.",
+            f"{counted(len(extremes), 'greatest value')}, {counted(len(moments), 'moment')} and "
+            f"{counted(len(program.instructions), 'operation')}.",
             hint="Split endings and measures between two systems, or leave some out.",
             where=f"the system {definition.name}",
         )
     return Kernel("kernels.system.integrate", name, seconds=seconds, told=f"the system {definition.name}")
 
 
+def _watched(program: Program, measure: Measure) -> tuple[int, ...]:
+    """Return a moment as `kernels.system.integrate.entry_point` takes it; a count and a time need no value."""
+    moment = measure.moment
+    assert moment is not None
+    kind = {"first": FIRST, "last": LAST}.get(moment.kind, GREATEST)
+    expressions = program.add(_signed(moment.kind, node) for node in moment.expressions)
+    value = program.add(measure.expressions) or expressions
+    return kind, int(moment.every), value[0], *expressions
+
+
 def _signed(kind: str, node: Node) -> Node:
     """Return the expression whose greatest value gives a measure: the negative one for a least value."""
-    return node if kind == "max" else Operation("neg", (node,))
+    return Operation("neg", (node,)) if kind == "min" else node

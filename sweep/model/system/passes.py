@@ -13,7 +13,7 @@ from sweep.model.description import Columns, Starts
 from sweep.model.quantity import Array, Endings, Truths
 from sweep.model.system import tables
 from sweep.model.system.cell_values import evaluated, off_by, sizes
-from sweep.model.system.definition import TIME, Definition, Label, Measure
+from sweep.model.system.definition import TIME, Definition, Label, Measure, Moment, Node, Symbol
 
 #: The names of the kernel's passes (`kernels.system.lanes.LEGS`).
 PASSES = ("first", "second", "third", "fourth")
@@ -100,6 +100,9 @@ class Passes:
             columns[name] = np.where(known, passes[-1] + 0.0, value)
             error = self._error(passes, size) + _ROUNDING * largest
             columns[tables.stated(name)] = np.where(known, error, np.nan)
+        for measure in self._definition.measures:
+            if measure.moment is not None:
+                self._decide(measure, measure.moment, ending, columns)
         if self._definition.labels:
             columns["label"] = self._label(ending, columns)
         if self._definition.conserved:
@@ -158,11 +161,16 @@ class Passes:
         """Yield the name of each value, its passes, its size, and the largest value that its steps add up to."""
         for measure in self._definition.measures:
             passes = self._of_measure(measure)
-            terms = np.max(
-                np.broadcast_arrays(*sizes(measure.expressions, self._at_end(-1)), passes[-1]), axis=0
-            )
+            if measure.is_integral:
+                terms = self._terms(measure.expressions)
+                terms = terms * self._times[-1] if measure.kind == "integral" else terms
+            else:
+                terms = np.max(
+                    np.broadcast_arrays(*sizes(measure.expressions, self._at_end(-1)), passes[-1]), axis=0
+                )
             size = np.fmax(np.abs(passes[-1]), terms)
-            yield measure.name, passes, size, size
+            rounding = np.full(size.shape, self._duration) if measure.kind == "time" else size
+            yield measure.name, passes, size, rounding
         whole = np.full(self._times[0].shape, self._duration)
         yield tables.END_TIME, self._times, _OF_TIMES * self._times[-1], whole
         for state in self._definition.states:
@@ -172,12 +180,72 @@ class Passes:
     def _of_measure(self, measure: Measure) -> list[Array]:
         if measure.kind == "last":
             return [evaluated(measure.expressions, self._at_end(n))[0] for n in range(len(PASSES))]
+        if measure.moment is not None:
+            return [self._measured[f"{name}: {measure.name} {measure.kind}"] for name in PASSES]
+        if measure.is_integral:
+            return [self._integral_or_mean(measure, number) for number in range(len(PASSES))]
         rows = range(len(measure.expressions))
         tops: list[Array] = [
             np.stack([self._measured[f"{name}: {measure.name} {row}"] for row in rows]).max(axis=0)
             for name in PASSES
         ]
         return tops if measure.kind == "max" else [-top for top in tops]
+
+    def _integral_or_mean(self, measure: Measure, number: int) -> Array:
+        """Return an integral at the end of a pass, or that over the time; for no time, the value at the start."""
+        integral, time = self._measured[f"{PASSES[number]}: {measure.name} integral"], self._times[number]
+        if measure.kind == "integral":
+            return integral
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.where(
+                time > 0.0, integral / time, evaluated(measure.expressions, self._at_end(number))[0]
+            )
+
+    def _terms(self, nodes: tuple[Node, ...]) -> Array:
+        """Return the largest magnitude of the terms of expressions, for the largest values of all states."""
+        largest = {state.name: self._size(state.name) for state in self._definition.states}
+        terms = sizes(nodes, {**self._at_end(-1), **largest})
+        return np.asarray(np.max(np.broadcast_arrays(*terms, self._times[-1] * 0.0), axis=0))
+
+    def _decide(
+        self, measure: Measure, moment: Moment, ending: Array, columns: dict[str, npt.NDArray[Any]]
+    ) -> None:
+        """Write the stated error of a count, and mark the cells where errors can change a count or move a moment.
+
+        A moment is decided if the last two passes agree, and if no condition came so near its limit at a turning
+        point, and no second maximum so near the greatest one, that errors can exchange them.
+        """
+        before, last = (
+            {each: self._measured[f"{name}: {measure.name} {each}"] for each in tables.OF_MOMENT}
+            for name in PASSES[-2:]
+        )
+        share = np.max([self._share_of_error(state.name) for state in self._definition.states], axis=0)
+        with np.errstate(invalid="ignore"):
+            distance = last["level"] - (0.0 if moment.is_of_condition else last["count"])
+            near = distance <= (share + _ROUNDING) * self._terms(moment.expressions)
+            apart = ~(np.abs(before["time"] - last["time"]) <= SAME_TIME * self._duration)
+        apart &= ~(np.isnan(before["time"]) & np.isnan(last["time"]))
+        if moment.is_of_condition and (measure.kind == "count" or moment.kind == "last"):
+            doubtful = (before["count"] != last["count"]) | near | (ending == DIFFERENT)
+        else:
+            # what happens early may be known, even if the end is not
+            doubtful = near & (ending != DIFFERENT)
+        doubtful = ~np.isin(ending, FAILURES) & (doubtful | (apart & (measure.kind != "count")))
+        error = columns[tables.stated(measure.name)]
+        if measure.kind == "count":
+            error = error * 0.0
+        else:
+            value = columns[measure.name]
+            instead = evaluated(measure.expressions or (Symbol(TIME),), self._at_end(-1))[0]
+            columns[measure.name] = np.where(doubtful & np.isnan(value), instead, value)
+            error = np.where(np.isnan(value), np.nan, error)
+        columns[tables.stated(measure.name)] = np.where(doubtful, tables.UNKNOWN, error)
+
+    def _share_of_error(self, state: str) -> Array:
+        """Return the stated error of a state at the end, over its size."""
+        size = self._size(state)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.where(size > 0.0, self._error([each[state] for each in self._places], size) / size, 0.0)
 
     def _at_end(self, number: int) -> dict[str, Array]:
         """Return parameters, states and time at the end of a pass."""

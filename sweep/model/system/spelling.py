@@ -13,6 +13,7 @@ from sweep.model.system.definition import (
     Declared,
     Definition,
     Label,
+    Moment,
     Node,
     Operation,
     Symbol,
@@ -62,10 +63,25 @@ def _bracketed(node: Node, least: int, names: Mapping[Node, str] | None) -> str:
     return text if _BINDS.get(node.name, _MOST) >= least else f"({text})"
 
 
-def spelled_measure(kind: str, expressions: tuple[Node, ...]) -> str:
+def spelled_measure(kind: str, expressions: tuple[Node, ...], moment: Moment | None) -> str:
     """Return the text of a measure: ``max abs(x)`` for the expressions ``x`` and ``-x``."""
+    if moment is None:
+        return f"{kind} {_spelled_side(expressions)}"
+    when = _spelled_side(moment.expressions)
+    if moment.is_of_condition:
+        when = _comparison(moment.expressions, "and" if moment.every else "or")
+    if kind == "count":
+        return f"count {when}"
+    return (
+        f"time of {moment.kind} {when}"
+        if kind == "time"
+        else (f"value of {spelled(expressions[0])} at {moment.kind} {when}")
+    )
+
+
+def _spelled_side(expressions: tuple[Node, ...]) -> str:
     text = spelled(expressions[0])
-    return f"{kind} abs({text})" if len(expressions) == 2 else f"{kind} {text}"
+    return f"abs({text})" if len(expressions) == 2 else text
 
 
 def system_text(system: Definition) -> str:
@@ -144,7 +160,10 @@ def _words(system: Definition) -> Iterator[tuple[str, str]]:
     unit = "" if system.time_units == "1" else f" {system.time_units}"
     yield "duration", f'"{system.duration!r}{unit}"'
     if system.ends:
-        yield "ends", _table((event.name, _comparison(event.any_positive, "or")) for event in system.ends)
+        yield (
+            "ends",
+            _table((event.name, _quoted(_comparison(event.any_positive, "or"))) for event in system.ends),
+        )
     if system.measures:
         yield "measures", _table((measure.name, _quoted(measure.text)) for measure in system.measures)
     if system.labels:
@@ -158,11 +177,11 @@ def _words(system: Definition) -> Iterator[tuple[str, str]]:
 
 
 def _condition(label: Label) -> str:
-    return _comparison(label.all_positive, "and") if label.all_positive else "True"
+    return _quoted(_comparison(label.all_positive, "and")) if label.all_positive else "True"
 
 
 def _comparison(nodes: tuple[Node, ...], word: str) -> str:
-    return _quoted(f" {word} ".join(f"{spelled(node)} > 0" for node in nodes))
+    return f" {word} ".join(f"{spelled(node)} > 0" for node in nodes)
 
 
 def _table(rows: Iterable[tuple[str, str]]) -> str:

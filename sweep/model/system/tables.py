@@ -29,7 +29,7 @@ from sweep.model.quantity import (
     positive,
     table,
 )
-from sweep.model.system.definition import Declared, Definition
+from sweep.model.system.definition import Declared, Definition, Measure
 
 #: Names of the endings of a motion that no event ends, and of a cell whose last two passes differ.
 RUNNING, UNDECIDED_END = "runs_on", "sensitive"
@@ -46,6 +46,13 @@ _RATES = ("precession_rate", "roll_rate")
 
 #: The variable with the time of the ending.
 END_TIME = "end_time"
+
+#: Names of the numbers of a moment (`kernels.system.moments`).
+OF_MOMENT = ("count", "level", "time", "value")
+
+#: The stated error of a measure that is not decided.
+UNKNOWN = 1e30
+_UNDECIDED = f"undecided where its stated error is {UNKNOWN:g}"
 
 
 def parameters(definition: Definition) -> Mapping[str, Input]:
@@ -138,6 +145,15 @@ def stated(name: str) -> str:
     return name + ERROR
 
 
+def comment(measure: Measure) -> str:
+    """Return the comment of a measure in files: where it is missing or undecided."""
+    if measure.moment is None:
+        return ""
+    if measure.kind != "count" and measure.moment.is_of_condition:
+        return f"missing where the condition never became true; {_UNDECIDED}"
+    return _UNDECIDED
+
+
 def variables(definition: Definition, ended: Endings) -> Mapping[str, Quantity]:
     """Return the variables of every cell of an atlas."""
     rows = [ended.quantity, STABILITY]
@@ -155,15 +171,19 @@ def variables(definition: Definition, ended: Endings) -> Mapping[str, Quantity]:
                 labels(definition),
             )
         )
-    values = [(measure.name, measure.units, measure.text) for measure in definition.measures]
-    values.append((END_TIME, definition.time_units, "time of the ending, or the duration"))
-    values += [(state.name + AT_END, state.units, f"{state.name} at the end") for state in definition.states]
-    for name, units, words in values:
+    values = [
+        (measure.name, measure.units, measure.text, comment(measure)) for measure in definition.measures
+    ]
+    values.append((END_TIME, definition.time_units, "time of the ending, or the duration", ""))
+    values += [
+        (state.name + AT_END, state.units, f"{state.name} at the end", "") for state in definition.states
+    ]
+    for name, units, words, description in values:
         within = Tolerance(0.0, 1e-9, "each value is within its stated error", stated(name))
-        rows.append(Quantity(name, "", units, words.replace("_", " "), within))
+        rows.append(Quantity(name, "", units, words.replace("_", " "), within, description))
     rows += [
         Quantity(stated(name), "", units, f"stated error of {name}", ERROR_GAUGE, "", "f4")
-        for name, units, _ in values
+        for name, units, *_ in values
     ]
     if definition.conserved:
         words = "largest relative change of a conserved quantity from start to end"
