@@ -3,7 +3,7 @@
 from typing import Any
 
 from sweep.model.system import passes, tables
-from sweep.model.system.definition import Constant, Node, Symbol
+from sweep.model.system.definition import Constant, Moment, Node, Symbol
 from sweep.model.system.model import SystemModel
 from sweep.request.spec import SweepSpec
 
@@ -30,6 +30,7 @@ def system_cells(model: SystemModel) -> dict[str, Any]:
                 **_with_error_name(each.name),
                 "kind": each.kind,
                 "expressions": [_plain(node) for node in each.expressions],
+                "moment": None if each.moment is None else _plain_moment(each.moment),
             }
             for each in definition.measures
         ],
@@ -43,6 +44,14 @@ def system_cells(model: SystemModel) -> dict[str, Any]:
 
 def _with_error_name(name: str) -> dict[str, str]:
     return {"name": name, "stated": tables.stated(name)}
+
+
+def _plain_moment(moment: Moment) -> dict[str, Any]:
+    return {
+        "kind": moment.kind,
+        "of_condition": moment.is_of_condition,
+        "expressions": [_plain(node) for node in moment.expressions],
+    }
 
 
 def _plain(node: Node) -> Any:

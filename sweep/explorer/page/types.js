@@ -235,7 +235,7 @@
  * @property {string} end_time
  * @property {number} runs_on
  * @property {string} end_time_stated
- * @property {{name: string, stated: string, kind: "max"|"min"|"last", expressions: Node[]}[]} measures
+ * @property {SystemMeasure[]} measures
  * @property {Node[][]} labels
  * @property {Node[]} conserved
  * @property {string[]} columns
@@ -250,6 +250,18 @@
  * @property {number} of_times
  * @property {number} rounding
  * @property {number} grown
+ * @property {number} unknown
+ */
+
+/**
+ * A measure of a user's system: see sweep/model/system/definition.py.
+ * @typedef {object} SystemMeasure
+ * @property {string} name
+ * @property {string} stated
+ * @property {"max"|"min"|"last"|"mean"|"integral"|"count"|"time"|"value"} kind
+ * @property {Node[]} expressions
+ * @property {SystemMoment | null} moment
+ * @typedef {{kind: "first"|"last"|"max"|"min", of_condition: boolean, expressions: Node[]}} SystemMoment
  */
 
 /**

@@ -212,6 +212,11 @@ class Definition:
     text: str = ""
 
     @property
+    def integrands(self) -> tuple[Node, ...]:
+        """The expressions of the measures that follow from an integral."""
+        return tuple(measure.expressions[0] for measure in self.measures if measure.is_integral)
+
+    @property
     def autonomous(self) -> bool:
         """Whether no rate depends on the time."""
         return not any(TIME in symbols(rate) for rate in self.rates)

@@ -169,7 +169,7 @@ def _kernel(definition: Definition) -> Kernel:
     extremes = program.add(tops)
     events = [(number, node) for number, event in enumerate(definition.ends) for node in event.any_positive]
     conditions = program.add(node for _, node in events)
-    integrals = program.add(measure.expressions[0] for measure in definition.measures if measure.is_integral)
+    integrals = program.add(definition.integrands)
     moments = [_watched(program, measure) for measure in definition.measures if measure.moment]
     numbers = [number for number, _ in events]
     name = json.dumps([program.instructions, rates, extremes, conditions, numbers, integrals, moments])

@@ -55,7 +55,7 @@ CONSERVED = 1e-9
 NUMBERS = {
     "runs_on": RUNS_ON, "different": DIFFERENT, "same_time": SAME_TIME, "same_place": SAME_PLACE, "shares": _SHARES,
     "of_states": _OF_STATES, "least": _LEAST, "few_steps": _FEW_STEPS, "of_times": _OF_TIMES,
-    "rounding": _ROUNDING, "grown": _GROWN,
+    "rounding": _ROUNDING, "grown": _GROWN, "unknown": tables.UNKNOWN,
 }  # fmt: skip
 
 
@@ -161,7 +161,7 @@ class Passes:
         """Yield the name of each value, its passes, its size, and the largest value that its steps add up to."""
         for measure in self._definition.measures:
             passes = self._of_measure(measure)
-            if measure.is_integral:
+            if measure.is_integral or measure.kind == "value":
                 terms = self._terms(measure.expressions)
                 terms = terms * self._times[-1] if measure.kind == "integral" else terms
             else:

@@ -29,9 +29,9 @@ from sweep.model.quantity import (
 )
 from sweep.model.system import tables
 from sweep.model.system.cell_values import evaluated, labels_of, off_by, sizes
-from sweep.model.system.definition import TIME, Definition
+from sweep.model.system.definition import TIME, Definition, Measure
 from sweep.model.system.passes import conserved_change, conserved_room
-from sweep.model.system.sample import FOUND, OFF, TOP, Sample
+from sweep.model.system.sample import FOUND, INTEGRAL, OFF, TOP, Sample
 
 NOT_COMPUTED, CONSISTENT, AGREES, UNRESOLVED, SENSITIVE_CELL, CONTRADICTORY, DIFFERS, OTHER_DIFFERS = range(8)
 
@@ -130,11 +130,19 @@ class SampledReference:
         yield cells.decided("ending", "the codes of endings", np.isin(ending, codes))
         yield cells.decided("stability", "the criterion, on the stored values", cells.verdict_follows)
         known = ~self._endings.have(FAILED, ending) & ~self._endings.have(MISSING, ending)
+        times = [each.name for each in self._definition.measures if each.kind in ("time", "value")]
+        may_miss = {name: tables.stated(name) for name in times}
+        may_miss |= {error: name for name, error in may_miss.items()}
+        counts = [each.name for each in self._definition.measures if each.kind == "count"]
         for name, quantity in spec.model.variables.items():
             if quantity.dtype.startswith("f"):
                 # a failed motion has an end time too
                 present = ~self._endings.have(MISSING, ending) if name == tables.END_TIME else known
                 right = np.isfinite(stored[name]) == present
+                if name in may_miss:
+                    right |= known & ~np.isfinite(stored[may_miss[name]]) & ~np.isfinite(stored[name])
+                if name in counts:
+                    right &= ~known | ((stored[name] >= 0.0) & (stored[name] % 1.0 == 0.0))
                 if name.endswith(tables.ERROR) or name == "conserved_change":
                     right &= ~(stored[name] < 0.0)
                 yield cells.decided(name, _RULES, right)
@@ -185,6 +193,25 @@ class SampledReference:
             ended = cells.ended(event.name) & (cells.stored[tables.END_TIME] > 0.0)
             yield CellCheck("ending", f"where {event.name} happens", np.abs(value), most, ended)
 
+    @staticmethod
+    def _of_moment(
+        cells: AuditedCells, measure: Measure, truth: Columns, ends: Columns
+    ) -> Iterator[CellCheck]:
+        """Yield the checks of a count, a time or a value of a moment, except where it is undecided."""
+        counted, name = (f"{measure.name} {each}" for each in ("count", measure.kind))
+        stored, found, off = cells.stored[measure.name], truth[FOUND + name], truth[OFF + name]
+        error = cells.stored[tables.stated(measure.name)].astype(np.float64)
+        apart = np.abs(stored - found)
+        apart[np.isnan(stored) & np.isnan(found)] = 0.0
+        apart[np.isnan(stored) != np.isnan(found)] = np.inf
+        # a count that DOP853 leaves open, with both tolerances, may have any moment
+        apart[np.isnan(truth[FOUND + counted] + truth[OFF + counted]) | (error >= tables.UNKNOWN)] = np.nan
+        size = np.max([np.abs(np.nan_to_num(stored)), *sizes(measure.expressions, ends)], axis=0)
+        apart = np.where(apart == np.inf, 1e200, apart)
+        yield from _value_checks(
+            measure.name, apart, np.nan_to_num(error), np.nan_to_num(off) + _SHARE * size
+        )
+
     def _errors(self, cells: AuditedCells) -> dict[str, Array]:
         """Return the allowed errors of the stored states and time at the end, a multiple of their stated errors."""
         names = {state.name: state.name + tables.AT_END for state in self._definition.states} | {
@@ -219,7 +246,14 @@ class SampledReference:
         numbers = count()
         for measure in self._definition.measures:
             rows = [TOP.format(next(numbers)) for _ in range(measure.tops)]
-            if rows:
+            if measure.moment is not None:
+                yield from self._of_moment(cells, measure, truth, ends)
+                continue
+            if measure.is_integral:
+                name, time = INTEGRAL.format(measure.name), second[TIME] if measure.kind == "mean" else 1.0
+                with np.errstate(invalid="ignore", divide="ignore"):
+                    found, off = truth[FOUND + name] / time, truth[OFF + name] / time
+            elif rows:
                 found = np.stack([truth[FOUND + name] for name in rows]).max(axis=0)
                 found = found if measure.kind == "max" else -found
                 off = np.max([truth[OFF + name] for name in rows], axis=0)

@@ -18,6 +18,9 @@ from sweep.model.system.second_method import Places, follow
 #: Prefixes of the names of values and of their errors.
 FOUND, OFF = "found: ", "off: "
 
+#: Name of the integral that a measure follows from, and of the count, the time and the value of its moment.
+INTEGRAL, OF_MOMENT = "{} integral", ("{} count", "{} time", "{} value")
+
 #: Name of the greatest value of an expression until the end; they are numbered as in `tops_of`.
 TOP = "top {}"
 
@@ -59,7 +62,12 @@ class Sample:
     def __init__(self, definition: Definition, size: int, seed: int) -> None:
         self._definition, self._tops = definition, tops_of(definition)
         self._names = [state.name for state in definition.states]
+        measures = definition.measures
+        self._names += [INTEGRAL.format(measure.name) for measure in measures if measure.is_integral]
         self._names += [TOP.format(number) for number in range(len(self._tops))]
+        self._names += [
+            each.format(measure.name) for measure in measures if measure.moment for each in OF_MOMENT
+        ]
         self._drawn = np.random.default_rng(seed).choice(size, min(size, MOST_CELLS), replace=False)
         self._left, self._seconds = self._drawn.size, 0.0
         self.count, self.followed = self._drawn.size, 0
@@ -96,7 +104,10 @@ class Sample:
         """Return the values of some cells and their errors, shape (2, names, cells)."""
         chosen = {name: np.asarray(values, np.float64)[cells] for name, values in starts.items()}
         times = np.asarray(stored[tables.END_TIME], np.float64)[cells]
-        ends = np.array([stored[state.name + tables.AT_END][cells] for state in self._definition.states])
+        ends = [stored[state.name + tables.AT_END][cells] for state in self._definition.states]
+        for measure in self._definition.measures:
+            if measure.is_integral:
+                ends.append(stored[measure.name][cells] * (times if measure.kind == "mean" else 1.0))
         results = np.full((2, len(self._names), cells.size), np.nan)
         for row, tolerance in enumerate(_TOLERANCES):
             results[row] = follow(

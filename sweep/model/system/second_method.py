@@ -1,4 +1,4 @@
-"""Integration of several cells of a system together by SciPy's DOP853, with the greatest values of expressions.
+"""Integration of several cells of a system together by SciPy's DOP853, with their greatest values and moments.
 
 It has only the definition of the system in common with the kernels: its functions are those of NumPy. SciPy chooses its
 steps from the rates so far and would step over a short push. So no step is longer than a function needs to grow from
@@ -7,7 +7,7 @@ nothing to something (`kernels.system.hidden` lists such functions and their lim
 
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,9 +15,9 @@ import numpy.typing as npt
 
 from kernels.system.hidden import CHANGE, HIGH, NOTHING, SATURATED
 from sweep.model.description import Starts
-from sweep.model.quantity import Array
+from sweep.model.quantity import Array, Truths
 from sweep.model.system.cell_values import Expressions
-from sweep.model.system.definition import TIME, Constant, Definition, Node, Operation
+from sweep.model.system.definition import TIME, Constant, Definition, Moment, Node, Operation
 
 Places = npt.NDArray[np.intp]
 
@@ -28,6 +28,10 @@ MOST_EVALUATIONS = 200_000
 #: are divided again before a parabola is fitted. The error of a maximum is then 1e-11.
 _POINTS, _ZOOMS = np.linspace(0.0, 1.0, 9)[:, np.newaxis], 4
 
+#: Points of a step between which conditions change and values turn; number of times that the interval around such a
+#: place is halved; distance of points for a slope, over the step. Of the fourth order, its error is below 1e-11.
+_FINE, _HALVINGS, _APART = np.linspace(0.0, 1.0, 33)[:, np.newaxis], 45, 3e-3
+
 #: Step of finite differences over the last step, and its least value; the least value of a bound of a step.
 _NEAR, _NEAREST, _LEAST_STEP = 1e-4, 1e-7, 1e-5
 
@@ -37,15 +41,34 @@ class _Motions:
 
     def __init__(self, definition: Definition, tops: Sequence[Node], starts: Starts, times: Array) -> None:
         names = [state.name for state in definition.states]
-        self.first = np.array([starts[name] for name in names], np.float64)
+        self._integrals = [f"integral {number}" for number in range(len(definition.integrands))]
+        self.first = np.array(
+            [starts[name] for name in names] + [np.zeros(times.size)] * len(self._integrals)
+        )
         self.greatest = np.full((len(tops), times.size), -np.inf)
         self.evaluations, self._times = 0, times
 
         def expressions(nodes: Sequence[Node]) -> Expressions:
-            return Expressions(nodes, [*names, TIME], starts)
+            return Expressions(nodes, [*names, *self._integrals, TIME], starts)
 
-        self._rates, self._tops = expressions(definition.rates), [expressions([node]) for node in tops]
-        self._hidden = list(_hiding((*definition.rates, *tops)))
+        self.moments = [
+            _Moment(
+                measure.moment,
+                expressions(measure.moment.expressions),
+                expressions(measure.expressions),
+                times.size,
+            )
+            for measure in definition.measures
+            if measure.moment
+        ]
+        self._rates, self._tops = (
+            expressions((*definition.rates, *definition.integrands)),
+            [expressions([node]) for node in tops],
+        )
+        watched = [
+            node for measure in definition.measures if measure.moment for node in measure.moment.expressions
+        ]
+        self._hidden = list(_hiding((*definition.rates, *definition.integrands, *tops, *watched)))
         self._arguments = expressions([node for _, _, node in self._hidden])
 
     def _values(self, expressions: Expressions, share: Any, states: Array) -> list[Any]:
@@ -86,6 +109,8 @@ class _Motions:
             if (summit > np.maximum(greatest, self.greatest[row])).any():
                 summit = self._zoom(expressions, dense, share, place)
             self.greatest[row] = np.maximum(self.greatest[row], summit)
+        for moment in self.moments:
+            moment.see(lambda share: self._within(dense, share))
 
     def _zoom(self, expressions: Expressions, dense: Any, share: Array, place: Places) -> Array:
         """Return the greatest value of an expression near a point of a step."""
@@ -141,7 +166,8 @@ def follow(
 
     Returns
     -------
-    array, shape (states + tops, n)
+    array, shape (states + integrals + tops + 3 moments, n)
+        Of each moment: how often the condition became true, NaN if this is not certain; the time, and the value then.
     """
     # this module is imported with the model, but SciPy is needed only by `verify`
     from scipy.integrate import DOP853
@@ -161,11 +187,103 @@ def follow(
                 break
             solver.max_step = motions.longest_step(solver.t, solver.y, solver.h_abs)
             solver.step()
-            if tops and solver.status != "failed":
+            if (tops or motions.moments) and solver.status != "failed":
                 motions.see(solver.dense_output())
     if solver.status != "finished":
-        return np.full((len(first) + len(tops), times.size), np.nan)
-    return np.concatenate([solver.y.reshape(first.shape), motions.greatest])
+        return np.full((len(first) + len(tops) + 3 * len(motions.moments), times.size), np.nan)
+    return np.concatenate([
+        solver.y.reshape(first.shape), motions.greatest,
+        *([moment.counted, moment.time, moment.value] for moment in motions.moments),
+    ])  # fmt: skip
+
+
+#: Shares of a step -> times and states there.
+_Within = Callable[[Array], tuple[Array, Array]]
+
+
+class _Moment:
+    """A moment of several cells: the points of a step show where it is, and halving finds its place."""
+
+    def __init__(self, moment: Moment, watched: Expressions, measured: Expressions, count: int) -> None:
+        self._moment, self._watched, self._measured = moment, watched, measured
+        self.counted, self.time, self.value = np.zeros(count), np.full(count, np.nan), np.full(count, np.nan)
+        self._side, self._greatest = np.zeros(count), np.full(count, -np.inf)
+
+    def see(self, within: _Within) -> None:
+        """Update the moment with a step."""
+        share = np.broadcast_to(_FINE, (len(_FINE), self.counted.size))
+        values = self._level(within, share)
+        (self._see_condition if self._moment.is_of_condition else self._see_value)(within, share, values)
+
+    def _level(self, within: _Within, share: Array) -> Array:
+        """Return what is positive where the condition is true, or the value."""
+        times, states = within(share)
+        values = [np.broadcast_to(each, share.shape) for each in self._watched.values([*states, times])]
+        values = [np.where(np.isnan(each), -np.inf, each) for each in values]
+        if self._moment.kind == "min":
+            return -values[0]
+        return np.min(values, axis=0) if self._moment.every else np.max(values, axis=0)
+
+    def _see_condition(self, within: _Within, share: Array, values: Array) -> None:
+        sides = np.where(values > 0.0, 1.0, -1.0)
+        # at its limit to rounding, a motion starts on the side to which it goes; later sides go on from step to step
+        start = np.where(np.abs(values[0]) < 1e-13 * np.abs(values).max(axis=0), sides[1], sides[0])
+        sides[0] = np.where(self._side == 0.0, start, self._side)
+        self._side = sides[-1]
+        rises = sides[1:] > sides[:-1]
+        self.counted += rises.sum(axis=0)
+        # between three points there may be an excursion across the limit
+        before, middle, after = values[:-2], values[1:-1], values[2:]
+        bend = before - 2.0 * middle + after
+        with np.errstate(divide="ignore", invalid="ignore"):
+            turn = middle - (after - before) ** 2 / (8.0 * bend)
+            missed = (np.abs(after - before) <= 2.0 * np.abs(bend)) & ((turn > 0.0) != (middle > 0.0))
+            missed |= np.abs(turn) < 1e-2 * np.abs(bend)
+        self.counted[(missed & (sides[:-2] == sides[1:-1]) & (sides[1:-1] == sides[2:])).any(axis=0)] = np.nan
+        if self._moment.kind == "first":
+            wanted, place = rises.any(axis=0) & np.isnan(self.time), rises.argmax(axis=0)
+        else:
+            wanted, place = rises.any(axis=0), len(rises) - 1 - rises[::-1].argmax(axis=0)
+        if wanted.any():
+            self._write(
+                within, wanted, self._halve(within, _FINE[place, 0], _FINE[place + 1, 0], self._level)
+            )
+
+    def _see_value(self, within: _Within, share: Array, values: Array) -> None:
+        # a maximum at an end of the step, or at a turning point between its points
+        for end in (0, -1):
+            self._write(within, values[end] > self._greatest, share[end])
+        (place,), _, summit = _summit(values)
+        if (summit > self._greatest).any():
+            low, high = _FINE[place - 1, 0], _FINE[place + 1, 0]
+            turn = self._halve(within, low, high, lambda within, share: -self._slope(within, share))
+            inside = (low < turn) & (turn < high)
+            self._write(within, inside & (self._level(within, turn[np.newaxis])[0] > self._greatest), turn)
+
+    def _slope(self, within: _Within, share: Array) -> Array:
+        far = (self._level(within, share + sign * 2.0 * _APART) for sign in (1.0, -1.0))
+        near = (self._level(within, share + sign * _APART) for sign in (1.0, -1.0))
+        (two, minus_two), (one, minus_one) = far, near
+        return 8.0 * (one - minus_one) - (two - minus_two)
+
+    def _halve(
+        self, within: _Within, low: Array, high: Array, level: Callable[[_Within, Array], Array]
+    ) -> Array:
+        """Return the share of a step from which on a level is positive."""
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            above = level(within, middle[np.newaxis])[0] > 0.0
+            low, high = np.where(above, low, middle), np.where(above, middle, high)
+        return high
+
+    def _write(self, within: _Within, wanted: Truths, share: Array) -> None:
+        times, states = within(share[np.newaxis])
+        self.time = np.where(wanted, times[0], self.time)
+        for value in self._measured.values([*states, times]):
+            self.value = np.where(wanted, np.broadcast_to(value, times.shape)[0], self.value)
+        if not self._moment.is_of_condition:
+            level = self._level(within, share[np.newaxis])[0]
+            self._greatest = np.where(wanted, level, self._greatest)
 
 
 def _summit(values: Array) -> tuple[Places, Array, Array]:
@@ -173,7 +291,7 @@ def _summit(values: Array) -> tuple[Places, Array, Array]:
 
     A maximum between the last two points counts, even if the last point has the greatest value.
     """
-    place = np.clip(values.argmax(axis=0), 1, len(_POINTS) - 2)[np.newaxis]
+    place = np.clip(values.argmax(axis=0), 1, len(values) - 2)[np.newaxis]
     middle, before, after = (np.take_along_axis(values, place + to, 0)[0] for to in (0, -1, 1))
     bend, greatest = 2.0 * middle - before - after, values.max(axis=0)
     inside = (bend > 0.0) & (np.abs(after - before) <= 2.0 * bend) & np.isfinite(bend)

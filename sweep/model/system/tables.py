@@ -171,6 +171,7 @@ def variables(definition: Definition, ended: Endings) -> Mapping[str, Quantity]:
                 labels(definition),
             )
         )
+    counts = [measure.name for measure in definition.measures if measure.kind == "count"]
     values = [
         (measure.name, measure.units, measure.text, comment(measure)) for measure in definition.measures
     ]
@@ -179,7 +180,8 @@ def variables(definition: Definition, ended: Endings) -> Mapping[str, Quantity]:
         (state.name + AT_END, state.units, f"{state.name} at the end", "") for state in definition.states
     ]
     for name, units, words, description in values:
-        within = Tolerance(0.0, 1e-9, "each value is within its stated error", stated(name))
+        share = 0.0 if name in counts else 1e-9
+        within = Tolerance(0.0, share, "each value is within its stated error", stated(name))
         rows.append(Quantity(name, "", units, words.replace("_", " "), within, description))
     rows += [
         Quantity(stated(name), "", units, f"stated error of {name}", ERROR_GAUGE, "", "f4")

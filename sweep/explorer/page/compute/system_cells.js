@@ -4,7 +4,7 @@
  * A part of the worker's script (worker.js), which finds it by its name.
  */
 
-/** @import { Node, SystemCells, SystemPlan } from "eulerdisk/types" */
+/** @import { Node, SystemCells, SystemMeasure, SystemMoment, SystemPlan } from "eulerdisk/types" */
 
 /** @typedef {Record<string, any>} Columns  arrays of numbers, all of one length */
 
@@ -114,6 +114,9 @@
         found[name] = !known && name === end_time ? this.#followedUntil() : last;
         found[stated] = known ? this.#error(passes, size) + this.#system.rounding * largest : NaN;
       }
+      for (const measure of known ? this.#system.measures : []) {
+        if (measure.moment) this.#decide(measure, measure.moment, ending, found);
+      }
       if (labels.length) {
         const errors = Object.fromEntries(states.map((name, i) => [name, found[state_ends[i].stated]]));
         found.label = this.#label(ending, { ...errors, t: found[end_time_stated] });
@@ -177,16 +180,18 @@
     #values() {
       const { measures, states, end_time, end_time_stated, of_times, state_ends } = this.#system;
       const last = this.#ends[this.#ends.length - 1];
-      const found = measures.map(({ name, stated, kind, expressions }) => {
-        const passes = this.#passesOf(name, kind, expressions);
-        const terms = expressions.map((each) => sizeOf(each, last));
+      const duration = this.#plan.kernel_settings[0];
+      const found = measures.map((measure) => {
+        const { name, stated, kind, expressions } = measure;
+        const passes = this.#passesOf(measure);
         const [told] = passes.slice(-1);
-        const largest = Math.max(...terms, told);
+        const largest = ["mean", "integral", "value"].includes(kind)
+          ? this.#terms(expressions) * (kind === "integral" ? last.t : 1)
+          : Math.max(...expressions.map((each) => sizeOf(each, last)), told);
         const size = Number.isNaN(largest) ? Math.abs(told) : Math.max(Math.abs(told), largest);
-        return { name, stated, passes, size, largest: size };
+        return { name, stated, passes, size, largest: kind === "time" ? duration : size };
       });
       const times = this.#ends.map((each) => each.t);
-      const duration = this.#plan.kernel_settings[0];
       found.push({
         name: end_time,
         stated: end_time_stated,
@@ -202,13 +207,66 @@
     }
 
     /**
-     * Return the value of a measure from each pass.
-     * @param {string} name
-     * @param {"max"|"min"|"last"} kind
+     * Return the largest magnitude of the terms of expressions, for the largest values of all states.
      * @param {Node[]} expressions
      */
-    #passesOf(name, kind, expressions) {
+    #terms(expressions) {
+      const sizes = this.#system.states.map((name) => [name, this.#size(name)]);
+      const largest = { ...this.#ends[this.#ends.length - 1], ...Object.fromEntries(sizes) };
+      return Math.max(...expressions.map((each) => sizeOf(each, largest)), 0);
+    }
+
+    /**
+     * Write the stated error of a count, and of a measure that errors can change.
+     * @param {SystemMeasure} measure
+     * @param {SystemMoment} moment
+     * @param {number} ending
+     * @param {Record<string, number>} found
+     */
+    #decide({ name, stated, kind, expressions }, moment, ending, found) {
+      const { passes, states, same_time, different, rounding, unknown } = this.#system;
+      const [before, last] = passes
+        .slice(-2)
+        .map((pass) => (/** @type {string} */ what) => this.#of(pass, `${name} ${what}`));
+      const shares = states.map((state) => {
+        const size = this.#size(state);
+        const values = this.#ends.map((each) => each[state]);
+        return size > 0 ? this.#error(values, size) / size : 0;
+      });
+      const distance = last("level") - (moment.of_condition ? 0 : last("count"));
+      const isNear = distance <= (Math.max(...shares) + rounding) * this.#terms(moment.expressions);
+      const times = [before("time"), last("time")];
+      const isApart =
+        !(Math.abs(times[0] - times[1]) <= same_time * this.#plan.kernel_settings[0]) &&
+        !times.every(Number.isNaN);
+      const isLate = moment.of_condition && (kind === "count" || moment.kind === "last");
+      const isDoubtful =
+        (isLate
+          ? before("count") !== last("count") || isNear || ending === different
+          : isNear && ending !== different) ||
+        (isApart && kind !== "count");
+      if (kind === "count") found[stated] = 0;
+      if (!isDoubtful) return;
+      found[stated] = unknown;
+      if (Number.isNaN(found[name])) {
+        found[name] = valueOf(expressions[0] ?? "t", this.#ends[this.#ends.length - 1]);
+      }
+    }
+
+    /**
+     * Return the value of a measure from each pass.
+     * @param {SystemMeasure} measure
+     */
+    #passesOf({ name, kind, expressions, moment }) {
       if (kind === "last") return this.#ends.map((each) => valueOf(expressions[0], each));
+      if (moment) return this.#system.passes.map((pass) => this.#of(pass, `${name} ${kind}`));
+      if (kind === "integral" || kind === "mean") {
+        return this.#system.passes.map((pass, i) => {
+          const [integral, end] = [this.#of(pass, `${name} integral`), this.#ends[i]];
+          if (kind === "integral") return integral;
+          return end.t > 0 ? integral / end.t : valueOf(expressions[0], end);
+        });
+      }
       const sign = kind === "max" ? 1 : -1;
       return this.#system.passes.map(
         (pass) => sign * Math.max(...expressions.map((_, row) => this.#of(pass, `${name} ${row}`))),
