@@ -99,6 +99,48 @@ test("measures are the largest, the smallest and the last value of their express
   assert.deepEqual([peak, lowest, final, end_x, end_time], [7, -4, 18, -3, 5]);
 });
 
+/** A count and a time of a condition, whose passes have these numbers. */
+function moments(given = {}, places = [2, 2]) {
+  const { counts, levels, times } = { counts: [3, 3], levels: [1, 1], times: [2, 2], ...given };
+  const moment = { kind: "first", of_condition: true, expressions: [["-", "x", 1]] };
+  const named = (kind, name) => ({ name, stated: `${name}_error`, kind, expressions: [], moment });
+  const columns = ["count", "count_error", "began", "began_error", "ending"];
+  const measures = [named("count", "count"), named("time", "began")];
+  const plan = {
+    ...PLAN,
+    system: { ...PLAN.system, measures, labels: [], conserved: [], columns, unknown: 1e30 },
+  };
+  const measured = { steps: Float64Array.of(100), unproved: Float64Array.of(0) };
+  PLAN.system.passes.forEach((pass, i) => {
+    const values = { x: places[i], end_time: 5, ending: 4, "largest x": 2 };
+    for (const { name } of measures) {
+      Object.assign(values, {
+        [`${name} count`]: counts[i],
+        [`${name} level`]: levels[i],
+        [`${name} time`]: times[i],
+      });
+    }
+    for (const [name, value] of Object.entries(values)) measured[`${pass}: ${name}`] = Float64Array.of(value);
+  });
+  const found = plain(systemColumns(plan, { x: Float64Array.of(1) }, measured, 1));
+  return columns.slice(0, 4).map((name) => found[name][0]);
+}
+
+test("a count and a time are decided if passes agree and no error can change them", () => {
+  const unknown = 1e30;
+  assert.deepEqual(moments(), [3, 0, 2, 0]);
+  assert.deepEqual(moments({ counts: [2, 3] }), [3, unknown, 2, 0]);
+  assert.deepEqual(moments({ times: [2, 2.11] }), [3, 0, 2.11, unknown]);
+  assert.deepEqual(moments({ counts: [0, 0], times: [NaN, NaN] }), [0, 0, NaN, NaN]);
+  // the end of the motion, where the last pass has no time
+  assert.deepEqual(moments({ times: [2, NaN] }), [3, 0, 5, unknown]);
+  // the error of x is a sixteenth of its size, and the terms of the condition add up to 3
+  assert.deepEqual(moments({ levels: [1, 0.1] }, [2, 2.125]), [3, unknown, 2, unknown]);
+  assert.deepEqual(moments({ levels: [0.1, 0.2] }, [2, 2.125]), [3, 0, 2, 0]);
+  // of a sensitive motion the first time may be known
+  assert.deepEqual(moments({}, [2, 2.5]), [3, unknown, 2, 0]);
+});
+
 test("the error of a state is the difference of its passes, if nothing else is added", () => {
   const { end_x_error } = cell({ places: [2, 2.125] });
   assert.equal(end_x_error, 0.125);

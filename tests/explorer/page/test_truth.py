@@ -174,7 +174,10 @@ from sweep.systems import atan, cos, exp, log, sin, sqrt, system, tan, tanh
 
 @system(duration=4, ends={"out": "abs(x) > 2 or y - x/4 > 1.5"}, conserved=["x*y/2 - z**2", "exp(x) - z"],
         measures={"lowest": "min x + y/2", "peak": "max abs(y - z/4)", "final": "last exp(-x)*tanh(y) - log(1 + x**2)",
-                  "angle": "last sqrt(x**2 + 1)/3 + tan(y/4)*cos(t) + atan2(y, x + 3)"},
+                  "angle": "last sqrt(x**2 + 1)/3 + tan(y/4)*cos(t) + atan2(y, x + 3)",
+                  "often": "count abs(x) > 0.3", "began": "time of first x*y > 0.05", "when": "time of max sin(x) - y",
+                  "then": "value of y + t at last x < 0.2 and y < 0.5", "average": "mean cos(t)*y",
+                  "whole": "integral x**2"},
         label={"right": "x > 0.1 and y > 0", "left": "x < -0.1", "middle": True}, stable="peak < 1.3 and lowest > -1.5")
 def any(x=0.3, y=0.2, z=0.0, *, k=1.0, q=0.1):
     return y, -k*sin(x) + q*cos(3*z), 0.5 + 0.1*atan(y)
@@ -224,10 +227,10 @@ def test_cells_of_a_system(served_with, opened, rng, count, name, tmp_path, monk
     for each, error in values.items():
         apart, allowed = np.abs(found[each] - expected[each])[same], expected[error][same].astype(float)
         assert np.array_equal(np.isnan(found[each]), np.isnan(expected[each])), each
-        assert np.nanmean(apart <= allowed + 1e-15) > 0.99, each
+        assert np.mean((apart <= allowed + 1e-15) | np.isnan(apart)) > 0.99, each
         # both errors are differences of passes, which rounding changes if they are small
         off = np.abs(found[error][same] - expected[error][same])
-        assert np.mean(off <= 1e-3 * allowed) > 0.9, error
+        assert np.mean((off <= 1e-3 * allowed) | np.isnan(allowed)) > 0.9, error
     if "conserved_change" in expected:
         change = expected["conserved_change"][same]
         assert np.allclose(found["conserved_change"][same], change, rtol=1e-6, atol=1e-13, equal_nan=True)
