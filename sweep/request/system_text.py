@@ -384,16 +384,17 @@ def read_label(text: str, tree: Tree, states: tuple[str, ...]) -> tuple[Node, ..
 
 def read_measure(name: str, text: str, tree: Tree, states: tuple[str, ...]) -> Measure:
     """Return a measure; see `read_ending`."""
-    first, *rest = [*text.split(), ""]
-    if first not in KINDS or rest == [""]:
-        hint = "Write, for instance, max abs(angle), last x - y, mean x, count x > 2 or time of first x > 2."
-        if first in MOMENTS and rest[:2] == ["time", "of"]:
-            hint = f"Write time of {first} {' '.join(rest[2:])}"
-        elif "at" in rest:
-            hint = f"Write value of {text.strip()}"
+    first, *rest = text.split() or [""]
+    instead = ""
+    if first in MOMENTS and rest[:2] == ["time", "of"]:
+        instead = " ".join(["time of", first, *rest[2:]])
+    elif first not in KINDS and "at" in rest:
+        instead = f"value of {text.strip()}"
+    if instead or first not in KINDS or not rest:
+        example = "max abs(angle), last x - y, mean x, count x > 2 or time of first x > 2"
         raise RequestError(
             f"A measure is one of {', '.join(KINDS)}, followed by an expression; got {shown(text)!r}.",
-            hint=f"{shown(hint).rstrip('. ')}.",
+            hint=f"Write {shown(instead)}." if instead else f"Write, for instance, {example}.",
         )
     read = _read(text, tree, lambda parser: parser.measure())
     time = tree.names[TIME].dimension or PURE

@@ -92,6 +92,18 @@ def test_labels(text, given, expected):
         ("max p + 90deg", "max", "1", 1, f"max p + {math.pi / 2}"),
         ("last t", "last", "s", 1, "last t"), ("max(x)", None, None, 0, ""), ("min abs(x)", None, None, 0, ""),
         ("last sqrt(x)", None, None, 0, ""), ("max mass", None, None, 0, ""),
+        ("mean rate*x", "mean", "m s-1", 1, "mean rate*x"), ("integral  x", "integral", "m s", 1, "integral x"),
+        ("integral rate", "integral", "rad", 1, "integral rate"), ("count x > 2", "count", "1", 0, "count x - 2 > 0"),
+        ("count abs(x) < 2", "count", "1", 0, "count 2 - x > 0 and 2 - -x > 0"),
+        ("count 2 > abs(x)", "count", "1", 0, "count 2 - x > 0 and 2 - -x > 0"),
+        ("count abs(x) > 2", "count", "1", 0, "count x - 2 > 0 or -x - 2 > 0"),
+        ("count x > y and rate > 0", "count", "1", 0, "count x - y > 0 and rate > 0"),
+        ("time  of first x > 2", "time", "s", 0, "time of first x - 2 > 0"),
+        ("time of last x > 2 or y > 2", "time", "s", 0, "time of last x - 2 > 0 or y - 2 > 0"),
+        ("time of max abs(angle)", "time", "s", 0, "time of max abs(angle)"),
+        ("time of min x", "time", "s", 0, "time of min x"),
+        ("value of x/3 at first angle > 90deg", "value", "m", 1, f"value of x/3 at first angle - {math.pi / 2} > 0"),
+        ("value of x*y at max rate", "value", "m2", 1, "value of x*y at max rate"),
     ],
 )  # fmt: skip
 def test_measures(text, kind, units, count, spelled_text):
@@ -105,6 +117,34 @@ def test_measures(text, kind, units, count, spelled_text):
     assert read_measure("m", found.text, tree(), STATES) == found
 
 
+EXAMPLE = ["abs(angle) > 90deg"]
+NAMES = ["x, y, angle, rate, k, mass, p, q, t, pi"]
+STATES_ALONE = ["x, y, angle, rate, p, q"]
+
+
+@pytest.mark.parametrize(
+    ("text", "facts", "hint"),
+    [
+        ("first time of x > 2", ["max", "count", "value"], ["Write time of first x > 2."]),
+        ("last time of x > 2", ["last"], ["Write time of last x > 2."]),
+        ("rate at first x > 2", ["max", "count", "value"], ["Write value of rate at first x > 2."]),
+        ("average x", ["mean", "average x"], ["mean x"]), ("count", ["count"], ["count x > 2"]),
+        ("count x", ["comparison"], []), ("count x > 1 and y > 1 or rate > 1", ["or", "only and"], ["separately"]),
+        ("count 1 < x < 2", ["two sides"], ["1 < x and x < 2"]), ("count mass > 1", ["constant"], STATES_ALONE),
+        ("time of x > 2", ["first, last, max, min", "x"], []), ("time x", ["of"], []),
+        ("value of x", ["at", "end"], []),
+        ("value of mass at max x", ["constant"], STATES_ALONE), ("mean abs(x)", ["abs", "comparison", "max"], []),
+        ("time of min abs(x)", ["abs", "max"], ["max abs(x)"]), ("integral x**0.5", ["fractional"], ["whole power"]),
+    ],
+)  # fmt: skip
+def test_measures_that_are_refused(text, facts, hint):
+    """The message says what is wrong, and what to write instead."""
+    with pytest.raises(RequestError) as caught:
+        read_measure("m", text, tree(), STATES)
+    assert_facts(caught.value.message, *facts)
+    assert_facts(caught.value.hint, *hint)
+
+
 def test_theory_and_what_is_conserved():
     """A theory has the unit of its parameter; a conserved quantity has any unit."""
     wanted = tree().names["rate"]
@@ -113,11 +153,6 @@ def test_theory_and_what_is_conserved():
     with refused("rad s-1", "x", "m"):
         read_theory("x", tree(), wanted)
     assert values([read_conserved("mass*(rate*x)**2/2 + mass*k*x*y", tree(), STATES)]) == (1.5,)
-
-
-EXAMPLE = ["abs(angle) > 90deg"]
-NAMES = ["x, y, angle, rate, k, mass, p, q, t, pi"]
-STATES_ALONE = ["x, y, angle, rate, p, q"]
 
 
 @pytest.mark.parametrize(

@@ -17,9 +17,17 @@ def pendulum(angle=0.2, speed=0.0, *, damping=0.0, torque=0.3, drive=0.7, level=
 """
 
 
-def followed(times, **given):
+#: The same with moments, and an integral.
+WATCHED = PENDULUM.replace(
+    '"top": "max abs(angle)"',
+    '"turns": "count abs(angle) > 0.3", "began": "value of speed at first angle > 0.3",'
+    '"ended": "value of speed at last angle > 0.3", "when": "value of speed at max angle", "area": "integral angle**2"',
+)
+
+
+def followed(times, text=PENDULUM, **given):
     """Return measures and counts of one motion at the times, and those of the sweep kernel for its duration."""
-    model = model_of(read_system(PENDULUM))
+    model = model_of(read_system(text))
     starts = np.array([[given.get(name, row.default)] for name, row in model.parameters.items()], np.float64)
     found = []
     for kernel, where in (("kernels.system.path", (times,)), ("kernels.system.integrate", ())):
@@ -90,3 +98,20 @@ def test_passes_that_ended_stay_where_they_did():
         assert np.all(counts[leg, ~after] == RUNS_ON)
         assert abs(measures[leg * rows, -1]) == pytest.approx(0.9, rel=1e-12)
         assert measures[leg * rows + 3 : leg * rows + 5, -1].max() == pytest.approx(0.9, rel=1e-12)
+
+
+@pytest.mark.slow_lane
+def test_moments_until_a_sample():
+    """Counts, times and values so far are those of a shorter sweep, and samples in between change nothing."""
+    times = np.linspace(0.0, 12.0, 241)
+    measures, _, whole, _ = followed(times, WATCHED)
+    assert measures[:, -1].tobytes() == whole[:, 0].tobytes()
+    rows = measures.shape[0] // len(LEGS)
+    found = measures[-rows:].copy()
+    assert list(np.unique(found[7])) == [0.0, 1.0, 2.0, 3.0]
+    for i in range(1, times.size, 8):
+        _, _, shorter, _ = followed(times[: i + 1], WATCHED)
+        short = shorter[-rows:, 0]
+        # the distance of a condition from its limit is taken at the ends of steps, which differ
+        compared = [row for row in range(rows) if row not in (8, 12, 16)]
+        assert found[compared, i] == pytest.approx(short[compared], abs=1e-10, nan_ok=True), i
