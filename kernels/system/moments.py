@@ -64,11 +64,13 @@ def forget_moments(lane, memory):
 def watch(lane, scratch, h, ending, memory):
     """Update the moments of a lane by a step of length h, whose series are in the scratch.
 
-    `ending` is the ending of a motion that ends there; otherwise `GOES_ON`.
+    `ending` is the ending of a motion that ends there; otherwise `GOES_ON`. Nothing changes a first moment later.
     """
     slope = scratch + WORK + COEFFICIENTS
     for m in range(MOMENTS):
-        for i in range(MOMENT_SIZES[m]):
+        when = memory[WATCH + m * NUMBERS * LANES + WHEN + lane]
+        known = MOMENT_KINDS[m] == FIRST and when == when
+        for i in range(0 if known else MOMENT_SIZES[m]):
             row = scratch + (MOMENT_SERIES[m] + 1 + i) * COEFFICIENTS
             write_slope(row, slope, memory)
             begin = 0.0

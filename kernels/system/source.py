@@ -12,7 +12,7 @@ from kernels.system import lanes as system_lanes
 from kernels.system import polynomials
 from kernels.system.hidden import step_lines, watch_lines
 from kernels.system.lanes import JUMP, LEAST_CHANGE, LEAST_JUMP, NOISE
-from kernels.system.moments import COUNTED, GREATEST, LEVEL, NUMBERS
+from kernels.system.moments import COUNTED, FIRST, GREATEST, LEVEL, NUMBERS, WHEN
 from kernels.system.polynomials import ORDER
 from kernels.system.series import SeriesSource
 
@@ -337,6 +337,10 @@ def _watch_lines(moments, rows, layout):
             lines.append(f"beyond = upper_bound(h, {', '.join(f'-{name}' for name in each)})")
             lines.append(f"side = lanes[{layout.SIDE + (at + i) * LANES} + lane]")
             lines.append("apart = under if side < 0.0 else (beyond if side > 0.0 else 1.0)")
+            if kind == FIRST:
+                # not a number before the moment
+                lines.append(f"seen = lanes[{numbers + WHEN} + lane] >= 0.0")
+                lines.append("apart = -math.inf if seen else apart")
             lines.append("unsure = unsure | (not (apart < 0.0))")
             lines.append(f"{near} = -apart if -apart < {near} else {near}")
         at += 1 + len(expressions)

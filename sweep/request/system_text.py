@@ -130,7 +130,7 @@ class _Parser(Tokens):
         if kind in ("mean", "integral"):
             return _Measured(kind, _Side(self.sum()))
         if kind == "count":
-            return _Measured(kind, None, "first", *self.condition())
+            return _Measured(kind, None, "last", *self.condition())
         self.expect("of")
         value = None
         if kind == "value":

@@ -121,7 +121,7 @@ class Measure:
     text : str
         The measure as the user wrote it.
     moment : Moment, optional
-        For ``count``, ``time`` and ``value``.
+        For ``count`` (the last moment of its condition), ``time`` and ``value``.
     """
 
     name: str

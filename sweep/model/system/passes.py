@@ -225,7 +225,7 @@ class Passes:
             near = distance <= (share + _ROUNDING) * self._terms(moment.expressions)
             apart = ~(np.abs(before["time"] - last["time"]) <= SAME_TIME * self._duration)
         apart &= ~(np.isnan(before["time"]) & np.isnan(last["time"]))
-        if moment.is_of_condition and (measure.kind == "count" or moment.kind == "last"):
+        if moment.kind == "last":
             doubtful = (before["count"] != last["count"]) | near | (ending == DIFFERENT)
         else:
             # what happens early may be known, even if the end is not

@@ -102,10 +102,12 @@ test("measures are the largest, the smallest and the last value of their express
 /** A count and a time of a condition, whose passes have these numbers. */
 function moments(given = {}, places = [2, 2]) {
   const { counts, levels, times } = { counts: [3, 3], levels: [1, 1], times: [2, 2], ...given };
-  const moment = { kind: "first", of_condition: true, expressions: [["-", "x", 1]] };
-  const named = (kind, name) => ({ name, stated: `${name}_error`, kind, expressions: [], moment });
+  const named = (kind, name, when) => {
+    const moment = { kind: when, of_condition: true, expressions: [["-", "x", 1]] };
+    return { name, stated: `${name}_error`, kind, expressions: [], moment };
+  };
   const columns = ["count", "count_error", "began", "began_error", "ending"];
-  const measures = [named("count", "count"), named("time", "began")];
+  const measures = [named("count", "count", "last"), named("time", "began", "first")];
   const plan = {
     ...PLAN,
     system: { ...PLAN.system, measures, labels: [], conserved: [], columns, unknown: 1e30 },

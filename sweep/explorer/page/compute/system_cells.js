@@ -239,9 +239,8 @@
       const isApart =
         !(Math.abs(times[0] - times[1]) <= same_time * this.#plan.kernel_settings[0]) &&
         !times.every(Number.isNaN);
-      const isLate = moment.of_condition && (kind === "count" || moment.kind === "last");
       const isDoubtful =
-        (isLate
+        (moment.kind === "last"
           ? before("count") !== last("count") || isNear || ending === different
           : isNear && ending !== different) ||
         (isApart && kind !== "count");
