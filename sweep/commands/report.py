@@ -15,7 +15,7 @@ from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.atlas.report_units import ReportedAs, reported_as
 from sweep.errors import counted, plain_text
 from sweep.model.bodies.tables import CALLED
-from sweep.model.quantity import ERROR_GAUGE, Input, Quantity, spell_size, with_unit
+from sweep.model.quantity import ERROR_GAUGE, UNKNOWN_ERROR, Input, Quantity, spell_size, with_unit
 from sweep.motion.sampling import end_of, is_of_body, kind_of, losses_of, peaks_of, request_of
 from sweep.motion.tables import TIME
 from sweep.request.spec import SweepSpec
@@ -253,8 +253,11 @@ def _added_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
 
 
 def _most(values: "xr.DataArray | xr.Variable", quantity: Quantity) -> str:
-    known = values.values[np.isfinite(values.values)]
-    return spell_size(float(known.max()), quantity.units) if known.size else "-"
+    stated = values.values[np.isfinite(values.values)]
+    known = stated[stated < UNKNOWN_ERROR]
+    most = spell_size(float(known.max()), quantity.units) if known.size else "-"
+    undecided = stated.size - known.size
+    return f"{most} ({counted(undecided, 'cell')} undecided)" if undecided else most
 
 
 def _boundary_lines(

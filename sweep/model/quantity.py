@@ -21,6 +21,9 @@ FILL = 9.969209968386869e36
 #: Of a million random extremes, all but one in a thousand were within this many times their stated error.
 PROMISED = 2.0
 
+#: Stated error of a value that is not decided; it leaves every comparison open.
+UNKNOWN_ERROR = 1e30
+
 #: Verdicts of a criterion.
 UNDECIDED, STABLE, UNSTABLE = 0, 1, 2
 

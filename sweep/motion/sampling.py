@@ -8,6 +8,7 @@ import numpy as np
 
 from sweep.errors import RequestError
 from sweep.model import registry
+from sweep.model.quantity import UNKNOWN_ERROR
 from sweep.motion.lossy_tables import LAWS
 from sweep.motion.request import MotionRequest, motions_of
 from sweep.motion.tables import TIME, MotionKind
@@ -72,7 +73,11 @@ def peaks_of(dataset: "xr.Dataset") -> Iterator[tuple[str, str]]:
         yield f"peak {name}", kind.variables[name].spell(largest, 3)
     for name in kind.results:
         quantity, last = kind.variables[name], float(dataset[name].values.flat[-1])
-        yield name.replace("_", " "), quantity.flag(last) if quantity.flags else quantity.spell(last, 6)
+        value = quantity.flag(last) if quantity.flags else quantity.spell(last, 6)
+        stated = dataset.get(quantity.tolerance.stated)
+        if stated is not None and float(stated.values[-1]) >= UNKNOWN_ERROR:
+            value = "undecided"
+        yield name.replace("_", " "), "missing" if np.isnan(last) else value
 
 
 def check_filmed(kind: MotionKind, hint: str) -> None:

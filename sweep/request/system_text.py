@@ -120,7 +120,8 @@ class _Parser(Tokens):
         word = next((each for each in ("and", "or") if each in words), "")
         parts = self.comparisons(word, "Measure each condition separately.")
         # abs(x) < 2 has two comparisons that are both true
-        return parts, word == "and" or (not word and (words[0] == "abs") == ("<" in words))
+        both = not word and len(parts) > 1 and (words[0] == "abs") == ("<" in words)
+        return parts, word == "and" or both
 
     def measure(self) -> _Measured:
         """Read a measure."""

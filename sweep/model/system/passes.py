@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from kernels.system.endings import DIFFERENT, FAILURES, RUNS_ON
 from sweep.model.description import Columns, Starts
-from sweep.model.quantity import Array, Endings, Truths
+from sweep.model.quantity import UNKNOWN_ERROR, Array, Endings, Truths
 from sweep.model.system import tables
 from sweep.model.system.cell_values import evaluated, off_by, sizes
 from sweep.model.system.definition import TIME, Definition, Label, Measure, Moment, Node, Symbol
@@ -55,7 +55,7 @@ CONSERVED = 1e-9
 NUMBERS = {
     "runs_on": RUNS_ON, "different": DIFFERENT, "same_time": SAME_TIME, "same_place": SAME_PLACE, "shares": _SHARES,
     "of_states": _OF_STATES, "least": _LEAST, "few_steps": _FEW_STEPS, "of_times": _OF_TIMES,
-    "rounding": _ROUNDING, "grown": _GROWN, "unknown": tables.UNKNOWN,
+    "rounding": _ROUNDING, "grown": _GROWN, "unknown": UNKNOWN_ERROR,
 }  # fmt: skip
 
 
@@ -239,7 +239,7 @@ class Passes:
             instead = evaluated(measure.expressions or (Symbol(TIME),), self._at_end(-1))[0]
             columns[measure.name] = np.where(doubtful & np.isnan(value), instead, value)
             error = np.where(np.isnan(value), np.nan, error)
-        columns[tables.stated(measure.name)] = np.where(doubtful, tables.UNKNOWN, error)
+        columns[tables.stated(measure.name)] = np.where(doubtful, UNKNOWN_ERROR, error)
 
     def _share_of_error(self, state: str) -> Array:
         """Return the stated error of a state at the end, over its size."""

@@ -21,6 +21,7 @@ from sweep.model.quantity import (
     FINAL,
     MISSING,
     SENSITIVE,
+    UNKNOWN_ERROR,
     Array,
     Endings,
     Quantity,
@@ -205,7 +206,7 @@ class SampledReference:
         apart[np.isnan(stored) & np.isnan(found)] = 0.0
         apart[np.isnan(stored) != np.isnan(found)] = np.inf
         # a count that DOP853 leaves open, with both tolerances, may have any moment
-        apart[np.isnan(truth[FOUND + counted] + truth[OFF + counted]) | (error >= tables.UNKNOWN)] = np.nan
+        apart[np.isnan(truth[FOUND + counted] + truth[OFF + counted]) | (error >= UNKNOWN_ERROR)] = np.nan
         size = np.max([np.abs(np.nan_to_num(stored)), *sizes(measure.expressions, ends)], axis=0)
         apart = np.where(apart == np.inf, 1e200, apart)
         yield from _value_checks(

@@ -3,6 +3,7 @@
 Parts that occur several times get names ``v1``, ``v2``, ...; all numbers are in SI.
 """
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 
@@ -67,9 +68,7 @@ def spelled_measure(kind: str, expressions: tuple[Node, ...], moment: Moment | N
     """Return the text of a measure: ``max abs(x)`` for the expressions ``x`` and ``-x``."""
     if moment is None:
         return f"{kind} {_spelled_side(expressions)}"
-    when = _spelled_side(moment.expressions)
-    if moment.is_of_condition:
-        when = _comparison(moment.expressions, "and" if moment.every else "or")
+    when = _spelled_condition(moment) if moment.is_of_condition else _spelled_side(moment.expressions)
     if kind == "count":
         return f"count {when}"
     return (
@@ -77,6 +76,28 @@ def spelled_measure(kind: str, expressions: tuple[Node, ...], moment: Moment | N
         if kind == "time"
         else (f"value of {spelled(expressions[0])} at {moment.kind} {when}")
     )
+
+
+def _spelled_condition(moment: Moment) -> str:
+    """Return the text of a condition: ``abs(x) > 2`` for the expressions ``x - 2`` and ``-x - 2``."""
+    pairs = [_sides(node) for node in moment.expressions]
+    if len(pairs) == 2:
+        (one, two), (other, three) = pairs
+        if not moment.every and two == three and other == Operation("neg", (one,)):
+            return f"abs({spelled(one)}) > {spelled(two)}"
+        if moment.every and one == other and three == Operation("neg", (two,)):
+            return f"abs({spelled(two)}) < {spelled(one)}"
+    word = " and " if moment.every else " or "
+    return word.join(f"{spelled(greater)} > {spelled(less)}" for greater, less in pairs)
+
+
+def _sides(node: Node) -> tuple[Node, ...]:
+    """Return what is greater than what where an expression is positive."""
+    if not isinstance(node, Operation) or node.name != "-":
+        return node, Constant(0.0)
+    # a number of more than a turn without a unit is refused next to an angle
+    large = any(isinstance(each, Constant) and each.value >= math.tau for each in node.arguments)
+    return (node, Constant(0.0)) if large else node.arguments
 
 
 def _spelled_side(expressions: tuple[Node, ...]) -> str:

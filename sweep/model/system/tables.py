@@ -19,6 +19,7 @@ from sweep.model.quantity import (
     STABILITY,
     STEP,
     STEP_COUNT,
+    UNKNOWN_ERROR,
     Array,
     Ending,
     Endings,
@@ -50,9 +51,7 @@ END_TIME = "end_time"
 #: Names of the numbers of a moment (`kernels.system.moments`).
 OF_MOMENT = ("count", "level", "time", "value")
 
-#: The stated error of a measure that is not decided.
-UNKNOWN = 1e30
-_UNDECIDED = f"undecided where its stated error is {UNKNOWN:g}"
+_UNDECIDED = f"undecided where its stated error is {UNKNOWN_ERROR:g}"
 
 
 def parameters(definition: Definition) -> Mapping[str, Input]:

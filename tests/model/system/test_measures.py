@@ -8,10 +8,9 @@ from scipy.integrate import quad, solve_ivp
 
 import sweep
 from sweep.checks.verify import findings
-from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
+from sweep.model.quantity import STABLE, UNDECIDED, UNKNOWN_ERROR, UNSTABLE
 from sweep.model.system import sample
 from sweep.model.system.model import model_of
-from sweep.model.system.tables import UNKNOWN
 from sweep.request.system_file import read_system
 
 OSCILLATOR = """
@@ -79,7 +78,7 @@ def test_counts_and_moments_of_a_fine_scan(atlas):
             assert np.isnan([cell["began"], cell["began_error"], cell["pace"], cell["pace_error"]]).all()
         assert cell["settled"] == pytest.approx(rises["settled"][-1], abs=1e-6)
         for name, place in (("when", position.argmax()), ("lowest", position.argmin())):
-            if cell[f"{name}_error"] < UNKNOWN:
+            if cell[f"{name}_error"] < UNKNOWN_ERROR:
                 assert cell[name] == pytest.approx(times[place], abs=step)
 
 
@@ -130,7 +129,7 @@ def test_a_motion_that_returns_to_the_limit_is_undecided():
     """Each return to the angle at the start may or may not pass it by rounding: nothing of it is decided."""
     atlas = pendulum(angle="0.8:1.2:5")
     for name in ("turns", "began", "ended"):
-        undecided = atlas[f"{name}_error"].values == UNKNOWN
+        undecided = atlas[f"{name}_error"].values == UNKNOWN_ERROR
         assert list(undecided) == [False, False, True, False, False], name
     assert np.isfinite(atlas["began"].values[2:]).all()
     assert np.isnan(atlas["began"].values[:2]).all()
@@ -138,7 +137,7 @@ def test_a_motion_that_returns_to_the_limit_is_undecided():
     # one turn each period, and the last one may come within the duration
     assert np.all(np.abs(atlas["turns"].values[3:] - 14.0) <= 1.0)
     # all maxima are as great as the first one
-    assert np.all(atlas["when_error"] == UNKNOWN)
+    assert np.all(atlas["when_error"] == UNKNOWN_ERROR)
     judged = sweep.reclassify(atlas, "turns > 3")
     assert list(judged["stability"].values) == [STABLE, STABLE, UNDECIDED, UNSTABLE, UNSTABLE]
 
@@ -149,9 +148,9 @@ def test_what_is_decided_in_chaos():
     atlas = pendulum(angle="0:0.9:40", torque=1.5, duration=200.0)
     sensitive = atlas["ending"].values == 2
     assert sensitive.mean() > 0.5
-    assert np.all(atlas["turns_error"].values[sensitive] == UNKNOWN)
-    assert np.all(atlas["ended_error"].values[sensitive] == UNKNOWN)
-    known = atlas["began_error"].values < UNKNOWN
+    assert np.all(atlas["turns_error"].values[sensitive] == UNKNOWN_ERROR)
+    assert np.all(atlas["ended_error"].values[sensitive] == UNKNOWN_ERROR)
+    known = atlas["began_error"].values < UNKNOWN_ERROR
     assert known.mean() > 0.9
     for angle, time, error in zip(
         atlas["angle"].values[known],
