@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 import sweep
 from sweep.figures import plots
 from sweep.motion.request import MotionRequest
-from sweep.motion.sampling import end_of, ending_of, request_of
+from sweep.motion.sampling import end_of, ending_of, peaks_of, request_of
 from sweep.request.system_file import read_system
 from sweep.systems import System, system
 
@@ -314,3 +314,27 @@ def test_a_motion_that_cannot_be_followed_far():
     with refused("1e-09", "ends=") as caught:
         sweep.simulate(burst)
     assert str(caught.value).count("shorter duration") == 1
+
+
+def test_measures_until_a_sample():
+    """Counts, moments and integrals so far are those of the closed form; the report names what is missing or open."""
+    counted = System(
+        read_system("""
+@system(duration="20 s", measures={"turns": "count x > 0.5 m", "began": "time of first x > 0.5 m",
+    "never": "time of first x > 2 m", "area": "integral x", "when": "time of max x"})
+def oscillator(x: "m" = 1.0, v: "m/s" = 0.0, *, one: "1/s" = 1.0):
+    return v, -(one**2)*x
+""")
+    )
+    found = sweep.simulate(counted, interval="0.25 s")
+    time = found["elapsed_time"].values
+    np.testing.assert_allclose(found["area"], np.sin(time), atol=1e-11)
+    first = 2.0 * math.pi - math.acos(0.5)
+    np.testing.assert_array_equal(found["turns"], np.floor((time - first) / (2.0 * math.pi)) + 1.0)
+    np.testing.assert_allclose(found["began"], np.where(time < first, np.nan, first), rtol=0, atol=1e-11)
+    assert np.isnan(found["never"]).all()
+    assert found["began"].attrs["units"] == "s"
+    assert_facts(found["began"].attrs["comment"], "missing", "never became true")
+    # all maxima are as great as the start
+    told = dict(peaks_of(found))
+    assert told == {**told, "turns": "3", "never": "missing", "when": "undecided"}
