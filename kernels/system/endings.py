@@ -1,4 +1,4 @@
-"""Codes of endings of a system; codes of its events follow."""
+"""Codes of endings of a system, which the codes of its events follow; and the kinds of its moments."""
 
 #: The duration is over; the legs end in different ways (set after comparing them).
 RUNS_ON, DIFFERENT = 1, 2
@@ -8,3 +8,6 @@ RUNS_ON, DIFFERENT = 1, 2
 UNRESOLVED, GROWS, JUMPS, ENDLESS = FAILURES = 3, 4, 5, 6
 
 FIRST_EVENT = 7
+
+#: When a condition became true for the first or the last time, and when a value was greatest.
+FIRST, LAST, GREATEST = 0, 1, 2

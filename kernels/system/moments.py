@@ -16,12 +16,9 @@ import math
 
 from kernels.jit import kernel
 from kernels.lanes.layout import LANES
-from kernels.system.endings import RUNS_ON
+from kernels.system.endings import FIRST, GREATEST, RUNS_ON
 from kernels.system.polynomials import ORDER
 from kernels.system.roots import crossing, next_turn, rounding_to, value_at, write_slope
-
-#: Kinds of moments.
-FIRST, LAST, GREATEST = 0, 1, 2
 
 #: Numbers of a moment.
 COUNTED, LEVEL, WHEN, WORTH = (number * LANES for number in range(4))

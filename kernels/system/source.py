@@ -10,9 +10,10 @@ from kernels.jit import kernel, simd
 from kernels.lanes.layout import LANES
 from kernels.system import lanes as system_lanes
 from kernels.system import polynomials
+from kernels.system.endings import FIRST, GREATEST
 from kernels.system.hidden import step_lines, watch_lines
 from kernels.system.lanes import JUMP, LEAST_CHANGE, LEAST_JUMP, NOISE
-from kernels.system.moments import COUNTED, FIRST, GREATEST, LEVEL, NUMBERS, WHEN
+from kernels.system.moments import COUNTED, LEVEL, NUMBERS, WHEN
 from kernels.system.polynomials import ORDER
 from kernels.system.series import SeriesSource
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from kernels.system.moments import FIRST, GREATEST, LAST
+from kernels.system.endings import FIRST, GREATEST, LAST
 from sweep.errors import RequestError, counted
 from sweep.model.description import Columns, LineWords, Model, Reference, Request, Starts, Words
 from sweep.model.kernel import Kernel
