@@ -191,7 +191,7 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None, look: Loo
     without = np.isin(ending, [each.code for each in lost])
     drawn = shade(dataset, spec, order, look.quantity, without)
     return Panel(
-        title=spec.headline.partition(":")[0],
+        title=spec.short_title,
         caption=(
             # on a map of flags without unstable cells, this line would say nothing
             ""

@@ -146,7 +146,7 @@ def _block(axes: "Axes", dataset: "xr.Dataset") -> Block:
         _set_scale(axes, which, values, quantity, spec)
     _draw_theory(axes, spec, plane, y if spec.model.controls([plane.y.name]) else x)
     caption = _caption(spec, plane, unstable_share(dataset), some.size, count)
-    return Block(axes, title=spec.headline.partition(":")[0], caption=caption, signs=signs)
+    return Block(axes, title=spec.short_title, caption=caption, signs=signs)
 
 
 def _draw_points(

@@ -252,8 +252,13 @@ class Model(ABC):
     motion: str = ""
 
     @abstractmethod
+    def subject(self, spec: Request) -> tuple[str, str]:
+        """Return what moves in the cells of a spec, and what is asked of it; the second may be empty."""
+
     def headline(self, spec: Request) -> str:
         """Return the title of a spec that has none, in one line."""
+        motion, question = self.subject(spec)
+        return f"{motion}: {question}" if question else motion
 
     @abstractmethod
     def undisturbed(self, spec: Request, starts: Starts) -> Array:

@@ -1,5 +1,6 @@
 """Requests for one motion that start from a preset, a spec file or a cell of an atlas, with changed words."""
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -88,8 +89,10 @@ def _refuse_open(sweep: SweepSpec, path: Path, names: Sequence[str]) -> None:
     for name in names:
         values = getattr(sweep, name).array()
         quantity = sweep.model.parameters[name]
-        text = quantity.spell(float(values[len(values) // 2]), 3).replace(" ", "")
-        examples.append(f"{name}={text if quantity.units == 'rad' else text.partition('rad')[0]}")
+        middle = float(values[len(values) // 2])
+        examples.append(
+            f"{name}={math.degrees(middle):.3g}deg" if quantity.units == "rad" else f"{name}={middle:.3g}"
+        )
     raise RequestError(
         f"A motion has one start, but {place(path)} has many values of {' and of '.join(names)}.",
         hint=f"Add one of each, as in {' '.join(examples)}.",

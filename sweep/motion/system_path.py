@@ -37,7 +37,7 @@ def motion_of_system(model: SystemModel) -> MotionKind:
     time = replace(TIME, units=definition.time_units)
     interval = replace(MOTION_INPUTS["interval"], units=time.units)
     endings = {event.name.replace("_", " "): event.name.replace("_", " ") for event in definition.ends}
-    title = model.words.summary.partition(":")[0]
+    title = definition.title.rstrip(".") or model.name
     return MotionKind(
         model=model,
         inputs=table(*model.parameters.values(), *model.settings.values(), interval),

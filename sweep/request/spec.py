@@ -247,6 +247,11 @@ class SweepSpec:
         return str(self.title) or self.model.headline(self)
 
     @property
+    def short_title(self) -> str:
+        """The title, by default what moves."""
+        return str(self.title) or self.model.subject(self)[0]
+
+    @property
     def boundary_width(self) -> float | None:
         """Width [SI unit of the axis] to which the boundary is bisected; None for ``boundary=grid``."""
         return None if self.boundary == GRID else float(self.boundary.partition(":")[2])

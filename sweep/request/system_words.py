@@ -42,7 +42,7 @@ _OTHERS = (
     "from_canonical", "from_toml", "from_words", "headline", "interval", "is_list", "label", "listed", "method",
     "model", "name", "output", "preset", "quantities", "read", "replace", "resolve", "sensitive_from", "shape",
     "requested", "size", "stability", "stable", "status", "steps", "system", "threads", "time", "title", "to_toml",
-    "undecided", "unproved", "verdict", "words",
+    "short_title", "undecided", "unproved", "verdict", "words",
 )  # fmt: skip
 #: Global attributes and dimensions of an atlas, except those from the words of a request
 #: (`tests/request/test_system_names.py` compares them with a written atlas).

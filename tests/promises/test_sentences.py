@@ -29,22 +29,16 @@ CUTS = {
 ALLOWED = {
     "commands/report.py describe": "indents the lines of the history",
     "commands/summary.py summary": "lists the lines of the history, which CF separates so",
-    "model/system/model.py headline": "the title is the first line of a person's file",
+    **dict.fromkeys(
+        ("model/system/model.py subject", "motion/system_path.py motion_of_system"),
+        "the title is the first line of a person's file",
+    ),
     **dict.fromkeys(
         ("request/values.py rule_in", "request/values.py converted"),
         "a rule is a chain of comparisons in SI, whose limits are converted to the given unit",
     ),
     "request/values.py at_word": "the checks of models write values in SI into their messages",
     "request/system_source.py at": "puts a sentence behind the word that it is about",
-    "motion/origin.py _refuse_open": "writes a value without the space before its unit",
-    "motion/system_path.py motion_of_system": "the summary of a system begins with its title",
-    **dict.fromkeys(
-        (
-            "figures/panels.py panel", "figures/scatter.py _block", "model/bodies/model.py headline",
-            "model/lossy_bodies/model.py headline", "model/lossy_disk/model.py headline",
-        ),
-        "a headline is one text of a motion and a question, and should be both",
-    ),
 }  # fmt: skip
 
 

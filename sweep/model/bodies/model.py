@@ -32,7 +32,7 @@ from sweep.model.disk import theory as of_disk
 from sweep.model.disk.contact import contact_columns, slipping
 from sweep.model.disk.exact import ExactReduction, reduce_bodies, without_vague
 from sweep.model.disk.initial_conditions import check_steady_rates, circling
-from sweep.model.disk.model import DISK, untimed
+from sweep.model.disk.model import DISK, describe_motion, untimed
 from sweep.model.disk.path import PATH_VARIABLES, call_by_body, path_columns
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Quantity, Truths
@@ -78,13 +78,13 @@ class Bodies(Model):
     }
     unknown_to = DISK.unknown_to
 
-    def headline(self, spec: Request) -> str:
-        """Return a title, from the rates and the body of the spec."""
+    def subject(self, spec: Request) -> tuple[str, str]:
+        """Return the motion by the rates and the body of the spec, and its stability."""
         if all_on_end(spec):
-            return f"Spinning on its end, a {spec.body}: stability of the vertical axis"
-        motion, _, subject = DISK.headline(spec).partition(": ")
+            return f"Spinning on its end, a {spec.body}", "stability of the vertical axis"
+        motion, question = describe_motion(spec, "body")
         article = "an" if tables.CALLED[spec.body][0] in "aeiou" else "a"
-        return f"{motion}, {article} {tables.CALLED[spec.body]}: {subject.replace('disk', 'body')}"
+        return f"{motion}, {article} {tables.CALLED[spec.body]}", question
 
     def undisturbed(self, spec: Request, starts: Starts) -> Array:
         """Return the tilt [rad] of the undisturbed motion of each start: upright, circling, or a body on its end."""

@@ -44,6 +44,17 @@ def untimed(variables: Mapping[str, Quantity]) -> dict[str, Quantity]:
     }
 
 
+def describe_motion(spec: Request, called: str) -> tuple[str, str]:
+    """Return the motion of a body by the rates of a spec, and what is asked of it."""
+    if circling(spec):
+        return "Circling at constant tilt", "stability of the steady motion"
+    upright = f"stability of the upright {called}"
+    if computed_rates(spec):
+        return "Wobbling about a centre at rest", upright
+    rolls, turns = (getattr(spec, name) != 0.0 for name in ("roll_rate", "precession_rate"))
+    return _MOTIONS[rolls, turns], upright
+
+
 class Disk(Model):
     """The thin disk that rolls without slipping and without losses."""
 
@@ -91,14 +102,9 @@ class Disk(Model):
     in_time = "sweep.motion.contact:contact_in_time"
     motion = "sweep.motion.tables:DISK_MOTION"
 
-    def headline(self, spec: Request) -> str:
-        """Return a title, from the rates of the spec."""
-        if circling(spec):
-            return "Circling at constant tilt: stability of the steady motion"
-        if computed_rates(spec):
-            return "Wobbling about a centre at rest: stability of the upright disk"
-        rolls, turns = (getattr(spec, name) != 0.0 for name in ("roll_rate", "precession_rate"))
-        return f"{_MOTIONS[rolls, turns]}: stability of the upright disk"
+    def subject(self, spec: Request) -> tuple[str, str]:
+        """Return the motion by the rates of the spec, and its stability."""
+        return describe_motion(spec, "disk")
 
     def undisturbed(self, spec: Request, starts: Starts) -> Array:
         """Return the tilt [rad] of the undisturbed motion of each start: its own tilt if circling, 0 if upright."""

@@ -20,11 +20,12 @@ from sweep.model.lossy_disk.model import (
     LOSSY_DISK,
     SOURCES_OF_LOSSES,
     LossyDisk,
+    add_losses,
     check_losses,
     integrator,
     with_constants,
 )
-from sweep.model.lossy_disk.tables import LOSSES, NO_AIR, some
+from sweep.model.lossy_disk.tables import NO_AIR, some
 from sweep.model.quantity import Array
 from sweep.model.rows import LARGEST, spell_values, worst_cases
 
@@ -93,18 +94,9 @@ class LossyBodies(LossyDisk):
     synonyms = BODIES.synonyms
     ambiguous = {**BODIES.ambiguous, "fall_tilt": LOSSY_DISK.ambiguous["fall_tilt"]}  # noqa: RUF012 - likewise
 
-    def headline(self, spec: Request) -> str:
-        """Return a title, from the rates, the body and the losses of the spec."""
-        names = [
-            name.replace("_", " ")
-            for name, (given, _) in LOSSES.items()
-            if (spec.air_law != NO_AIR if name == "air" else some(getattr(spec, given)))
-        ]
-        motion, _, subject = BODIES.headline(spec).partition(": ")
-        if spec.criterion.kind == "aloft":
-            subject = "how long the body stays aloft"
-        losses = f"with {', '.join(names)}" if names else "without any loss"
-        return f"{motion} {losses}: {subject}"
+    def subject(self, spec: Request) -> tuple[str, str]:
+        """Return the motion by the rates, the body and the losses of the spec, and what is asked of it."""
+        return add_losses(spec, BODIES.subject(spec), "body")
 
     def undisturbed(self, spec: Request, starts: Starts) -> Array:
         """Return the tilt [rad] of the undisturbed motion of each start, as for the body without losses."""

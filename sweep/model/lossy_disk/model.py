@@ -135,6 +135,19 @@ def integrator(
     return Kernel(module, "integrate" + "".join(laws), seconds=8.0)
 
 
+def add_losses(spec: Request, subject: tuple[str, str], called: str) -> tuple[str, str]:
+    """Return what moves and what is asked (`Model.subject`), with the losses of a spec."""
+    names = [
+        name.replace("_", " ")
+        for name, (given, _) in tables.LOSSES.items()
+        if (spec.air_law != NO_AIR if name == "air" else some(getattr(spec, given)))
+    ]
+    motion, question = subject
+    if spec.criterion.kind == "aloft":
+        question = f"how long the {called} stays aloft"
+    return f"{motion} {f'with {", ".join(names)}' if names else 'without any loss'}", question
+
+
 #: Kinds of criterion whose first breach the kernels find -> their numbers (`kernels.lossy_disk.arrays`).
 _LIMITED = {"departure": 1.0, "amplification": 2.0}
 
@@ -189,18 +202,9 @@ class LossyDisk(Model):
         "fall_tilt": "With losses write flat_tilt, the tilt that counts as flat.",
     }
 
-    def headline(self, spec: Request) -> str:
-        """Return a title, from the rates and the losses of the spec."""
-        names = [
-            name.replace("_", " ")
-            for name, (given, _) in tables.LOSSES.items()
-            if (spec.air_law != NO_AIR if name == "air" else tables.some(getattr(spec, given)))
-        ]
-        losses = f"with {', '.join(names)}" if names else "without any loss"
-        motion, _, subject = DISK.headline(spec).partition(": ")
-        if spec.criterion.kind == "aloft":
-            subject = "how long the disk stays aloft"
-        return f"{motion} {losses}: {subject}"
+    def subject(self, spec: Request) -> tuple[str, str]:
+        """Return the motion by the rates and the losses of the spec, and what is asked of it."""
+        return add_losses(spec, DISK.subject(spec), "disk")
 
     def undisturbed(self, spec: Request, starts: Starts) -> Array:
         """Return the tilt [rad] of the undisturbed motion of each start, as for the disk without losses."""

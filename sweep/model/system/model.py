@@ -98,9 +98,9 @@ class SystemModel(Model):
         """All variables except the verdict: the passes that they follow from are not stored."""
         return frozenset(self.variables.keys() - {"stability"})
 
-    def headline(self, spec: Request) -> str:
+    def subject(self, spec: Request) -> tuple[str, str]:
         """Return the title of the system."""
-        return self.definition.title.rstrip(".") or f"The system {self.name}"
+        return self.definition.title.rstrip(".") or f"The system {self.name}", ""
 
     def check(self, values: Mapping[str, Any]) -> None:
         """Refuse values that make no body that rolls, if the system is a body of revolution."""
