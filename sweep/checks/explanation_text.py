@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweep.atlas import row_edges
-from sweep.model.quantity import Quantity, spell_size, with_unit
+from sweep.model.quantity import ERROR_GAUGE, UNKNOWN_ERROR, Quantity, spell_size, with_unit
 
 if TYPE_CHECKING:
     from sweep.checks.explain import Explanation
@@ -93,6 +93,8 @@ def _stored_lines(found: "Explanation") -> Iterator[str]:
             continue
         digits = 3 if quantity.dtype == "f4" else 10
         says = quantity.spell(value, digits) if quantity.flags is None else quantity.flag(value)
+        if quantity.tolerance == ERROR_GAUGE and value >= UNKNOWN_ERROR:
+            says = "undecided"
         yield f"  {name:<17} {says:<22} {quantity.long_name}"
 
 

@@ -255,7 +255,7 @@ def _added_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
 def _most(values: "xr.DataArray | xr.Variable", quantity: Quantity) -> str:
     stated = values.values[np.isfinite(values.values)]
     known = stated[stated < UNKNOWN_ERROR]
-    most = spell_size(float(known.max()), quantity.units) if known.size else "-"
+    most = "-" if not known.size else spell_size(float(known.max()), quantity.units) if known.any() else "0"
     undecided = stated.size - known.size
     return f"{most} ({counted(undecided, 'cell')} undecided)" if undecided else most
 
