@@ -126,6 +126,14 @@ def address_space() -> float:
     return math.inf if limit == resource.RLIM_INFINITY else limit
 
 
+def file_size() -> float:
+    """Return the limit on the size of the files of this process [bytes]; infinite without a limit."""
+    import resource
+
+    limit, _ = resource.getrlimit(resource.RLIMIT_FSIZE)
+    return math.inf if limit == resource.RLIM_INFINITY else limit
+
+
 def free_bytes(folder: Path) -> float:
     """Return the free space on the disk of a folder [bytes]; infinite if the file system does not report it."""
     # file systems that report a size of 0 do not report their room: /proc has none, some network mounts any amount

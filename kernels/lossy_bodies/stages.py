@@ -15,7 +15,7 @@ from kernels.jit import kernel, simd
 from kernels.lossy_bodies import arrays as row
 from kernels.lossy_bodies import layout as at
 from kernels.lossy_bodies.equations import Rolling
-from kernels.lossy_disk.arrays import NO_AIR
+from kernels.lossy_disk.arrays import NONE
 from kernels.lossy_disk.endings import EDGE_CHANGE, FLAT, INVALID, UNDISTURBED
 from kernels.lossy_disk.follow import MOVING
 from kernels.lossy_disk.leg_control import _NO_SINE, _criterion, _write_at_once
@@ -69,7 +69,7 @@ def inertia_of(lane, lanes):
 def _possible(cell, starts, run, body):
     """Return whether the numbers of a start are possible for a body with losses."""
     # no law for a film of air under a ring is known
-    faced = run.air_law == NO_AIR or run.body != TORUS
+    faced = run.air_law == NONE or run.body != TORUS
     possible = is_possible(starts, cell, run.body, body) and are_possible(cell, starts, run.air_law)
     return possible and faced and body.core > 0.0
 

@@ -42,7 +42,7 @@ PARAMETERS = (
 
 #: Laws of air drag, and their numbers in the settings.
 AIR_LAWS = ("none", "moffatt", "bildsten")
-NO_AIR, MOFFATT, BILDSTEN = range(len(AIR_LAWS))
+NONE, MOFFATT, BILDSTEN = range(len(AIR_LAWS))
 
 #: Settings of an integration: duration [s]; longest step [s] (0: no limit); flat_tilt [rad]; tolerance of the energy
 #: balance over m g R [1]; the criterion whose first breach is recorded: its kind (0: none; 1: a distance from the

@@ -16,14 +16,14 @@ import math
 from typing import NamedTuple
 
 from kernels.jit import simd
-from kernels.lossy_disk.arrays import BILDSTEN, MOFFATT, NO_AIR
+from kernels.lossy_disk.arrays import BILDSTEN, MOFFATT, NONE
 
 #: Flags of dry and viscous contour friction, rolling and pivoting friction, Moffatt's and Bildsten's drag, drag by any
 #: law, and a finite friction coefficient. Kernels that follow a single motion have all laws.
 DRY, VISCOUS, ROLLING, PIVOTING, FILM, LAYER, AIR, SLIPPING = 8 * (True,)
 
 #: Law of the drag of air -> the flag of its force.
-FLAG_OF_LAW = {NO_AIR: "", MOFFATT: "FILM", BILDSTEN: "LAYER"}
+FLAG_OF_LAW = {NONE: "", MOFFATT: "FILM", BILDSTEN: "LAYER"}
 
 #: Whether the body has two edges, and rolls on one of them until its tilt is 0.
 EDGED = False

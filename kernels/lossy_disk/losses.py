@@ -6,7 +6,7 @@ from typing import NamedTuple
 from kernels.jit import kernel, simd
 from kernels.lanes.layout import LANES
 from kernels.lossy_disk import arrays as loss_row
-from kernels.lossy_disk.arrays import BILDSTEN, MOFFATT, NO_AIR
+from kernels.lossy_disk.arrays import BILDSTEN, MOFFATT, NONE
 
 
 class Losses(NamedTuple):
@@ -60,9 +60,9 @@ def are_possible(cell, starts, law):
         starts[loss_row.AIR_DENSITY, cell]
     )
     # laws with forces that are not proportional to the weight need the mass
-    heavy = (damping == 0.0 and law == NO_AIR) or 0.0 < mass < math.inf
+    heavy = (damping == 0.0 and law == NONE) or 0.0 < mass < math.inf
     allowed = _not_negative(damping) and starts[loss_row.FRICTION, cell] >= 0.0
-    return arms and heavy and allowed and (law == NO_AIR or air)
+    return arms and heavy and allowed and (law == NONE or air)
 
 
 @kernel

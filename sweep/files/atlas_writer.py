@@ -6,7 +6,9 @@ library has its own HDF5, so the file is never open in both.
 """
 
 import contextlib
+import errno
 import math
+import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -16,6 +18,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from sweep import platforms
 from sweep.atlas.boundary import Seen, unseen
 from sweep.atlas.cf_metadata import COMPRESSION, Declaration, cell_declarations
 from sweep.atlas.dataset import boundaries, coordinates
@@ -31,6 +34,9 @@ Completion = Callable[[Span, Columns], Columns]
 
 #: Largest number of filtering threads: about this many keep the one writing thread busy.
 _MOST_THREADS = 16
+
+#: Least limit on the size of a file [bytes]: its descriptions alone are larger.
+_LEAST_FILE = 2**14
 
 #: Chunks waiting to be written, in addition to those being filtered; 5 MB each.
 _WAITING = 2
@@ -76,6 +82,9 @@ class AtlasWriter:
         self._path, self.spec, self._threads = path.absolute(), spec, min(threads, _MOST_THREADS)
         self._cells = cell_declarations(spec)
         self._chunk = chunk_shape(spec.shape)
+        if platforms.file_size() < _LEAST_FILE:
+            # HDF5 crashes at some limits that its descriptions do not fit into
+            raise OSError(errno.EFBIG, os.strerror(errno.EFBIG))
         with self._opened("w") as file:
             file.setncatts(dict(attributes))
             for name, count in zip(spec.axes, spec.shape, strict=True):

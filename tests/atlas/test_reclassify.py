@@ -113,7 +113,7 @@ def test_a_criterion_that_judges_by_other_variables(monkeypatch):
 
 def test_refining_on_a_device_that_is_not_here_is_refused(monkeypatch):
     """An atlas made on a device that this machine lacks can be read, but not refined."""
-    monkeypatch.setattr("sweep.engine.compute._missing_cuda", lambda: "there is none")
+    monkeypatch.setattr("sweep.engine.compute.problem_of_cuda", lambda: "there is none")
     atlas = sweep.run(SPECS["rolling"])
     made = SPECS["rolling"].replace(device="cuda")
     elsewhere = atlas.assign_attrs(sweep_spec=made.canonical(), sweep_fingerprint=made.fingerprint())

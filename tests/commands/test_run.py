@@ -171,7 +171,7 @@ def test_warmup_fills_the_cache(tmp_path):
     assert device.startswith("device  cpu")
     names = ["disk rk4", "disk exact", "disk contact=yes", "disk path=yes", "disk motion"]
     names += ["lossy_disk rk4", "lossy_disk coin", "lossy_disk toy", "lossy_disk motion"]
-    names += ["bodies contact=yes", "bodies thick_coin"]
+    names += ["bodies thick_coin"]
     names += ["bodies motion", "lossy_bodies rk4", "lossy_bodies motion"]
     assert [line.split()[:3] for line in ready] == [[*name.split(), "ready"] for name in names]
     assert last.split() == ["cache", str(cache_root())]

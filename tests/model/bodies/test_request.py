@@ -60,7 +60,6 @@ REFUSED = {
     "body=ball offset=0.1 axial_moment=-0.4 transverse_moment=0.4": "axial_moment > 0",
     "body=ball offset=0.1 axial_moment=solid transverse_moment=0.4": "what follows from the shape",
     "body=torus tube=0.2 precession_rate=wobble": "roll_rate=wobble",
-    "body=torus tube=0.2 device=cuda": "device is cpu",
 }
 
 
