@@ -7,9 +7,9 @@ from lossy_referee import FLAT_TILT
 
 from kernels.jit import kernel
 from kernels.lossy_disk import arrays, follow, trajectory
-from kernels.lossy_disk.arrays import BILDSTEN, LOSSES, MEASURES, MOFFATT, NO_AIR, SAMPLES, TILT_MIN
+from kernels.lossy_disk.arrays import BILDSTEN, LOSSES, MEASURES, MOFFATT, NONE, SAMPLES, TILT_MIN
 
-AIR_LAWS = {"none": NO_AIR, "moffatt": MOFFATT, "bildsten": BILDSTEN}
+AIR_LAWS = {"none": NONE, "moffatt": MOFFATT, "bildsten": BILDSTEN}
 
 
 @kernel

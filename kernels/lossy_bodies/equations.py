@@ -26,8 +26,8 @@ from kernels.bodies.equations import (
 from kernels.jit import kernel, simd
 from kernels.lossy_disk.contact import _forces
 from kernels.lossy_disk.contact_motion import spin_state
+from kernels.lossy_disk.loss_coefficients import losses_at
 from kernels.lossy_disk.loss_laws import Load
-from kernels.lossy_disk.losses import losses_at
 
 
 class Rolling(NamedTuple):

@@ -19,7 +19,7 @@ from kernels.lossy_disk.arrays import NONE
 from kernels.lossy_disk.endings import EDGE_CHANGE, FLAT, INVALID, UNDISTURBED
 from kernels.lossy_disk.follow import MOVING
 from kernels.lossy_disk.leg_control import _NO_SINE, _criterion, _write_at_once
-from kernels.lossy_disk.losses import NOTHING_LOST, are_possible, scaled_losses, store_losses
+from kernels.lossy_disk.loss_coefficients import NOTHING_LOST, are_possible, scaled_losses, store_losses
 from kernels.lossy_disk.simd_stages import begin, set_steps
 from kernels.lossy_disk.step_control import lost_energy
 from kernels.lossy_disk.step_size import prepared_settings as settings_of_disk

@@ -12,7 +12,7 @@ from kernels.lossy_bodies import arrays as row
 from kernels.lossy_bodies.equations import Rolling
 from kernels.lossy_bodies.integrate import MECHANICS
 from kernels.lossy_disk import trajectory as disk
-from kernels.lossy_disk.losses import scaled_losses
+from kernels.lossy_disk.loss_coefficients import scaled_losses
 
 
 @kernel

@@ -151,7 +151,7 @@ def contact_rates(state, senses, inertia, losses):
         S, C, w, f, v.
     senses : Senses
     inertia : kernels.lossy_disk.rk4.Inertia
-    losses : kernels.lossy_disk.losses.Losses
+    losses : kernels.lossy_disk.loss_coefficients.Losses
 
     Returns
     -------

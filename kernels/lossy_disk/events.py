@@ -13,8 +13,8 @@ from kernels.jit import kernel
 from kernels.lossy_disk.contact import contact_forces
 from kernels.lossy_disk.contact_motion import contact_rates, contact_step, horizontal_rate, losses_here
 from kernels.lossy_disk.dry_friction import HOLDS_ON
+from kernels.lossy_disk.loss_coefficients import Losses
 from kernels.lossy_disk.loss_laws import EDGED
-from kernels.lossy_disk.losses import Losses
 from kernels.lossy_disk.rk4 import Inertia
 
 #: Events, in the order of `_margins`: the tilt rate changes its sign; roll rate or turning rate vanishes; friction
@@ -54,7 +54,7 @@ class Case(NamedTuple):
     Attributes
     ----------
     inertia : kernels.lossy_disk.rk4.Inertia
-    losses : kernels.lossy_disk.losses.Losses
+    losses : kernels.lossy_disk.loss_coefficients.Losses
     flat_tilt, cos_flat : float
         flat_tilt [rad] and its cosine.
     friction : float

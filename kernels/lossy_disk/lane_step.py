@@ -14,6 +14,7 @@ A square root costs as much as thirty multiplications and changes little from st
 from typing import NamedTuple
 
 from kernels.jit import simd
+from kernels.lossy_disk.loss_coefficients import weighted
 from kernels.lossy_disk.loss_laws import (
     LAYER,
     PIVOTING,
@@ -28,7 +29,6 @@ from kernels.lossy_disk.loss_laws import (
     rolling_friction_near,
     rub_force,
 )
-from kernels.lossy_disk.losses import weighted
 from kernels.lossy_disk.rk4 import instant
 
 

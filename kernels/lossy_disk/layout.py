@@ -1,7 +1,7 @@
 """The rows of a cell with losses in the flat array of LANES cells (`kernels.lanes.layout`)."""
 
 from kernels.lanes.layout import place_rows
-from kernels.lossy_disk.losses import ROWS as LOSSES
+from kernels.lossy_disk.loss_coefficients import ROWS as LOSSES
 
 #: Rows that a step changes: the state (scaled, T = S K, see `kernels.lossy_disk.equations`) and the time; the ledger
 #: (heading, path over R, energy lost to each law over m g R); sines of the extreme tilts before the last call of
@@ -23,7 +23,7 @@ STAGE = "RATE INVERSE SLOWED RECIPROCAL ROLL ROOT"
 
 #: Rows that a step only reads: `kernels.lossy_disk.rk4.Inertia`.
 _INERTIA = "I_TILT I_ROLL I_SPIN I_INVERSE DRAG INVERSE_SPIN"
-#: `kernels.lossy_disk.losses.Losses` and the friction coefficient; signs of the roll rate and of the turning rate
+#: `kernels.lossy_disk.loss_coefficients.Losses` and the friction coefficient; signs of the roll rate and of the turning rate
 #: about the vertical, scaled duration; half the relative step, half the longest step; sines of the tilts that break
 #: the criterion.
 READ = f"""

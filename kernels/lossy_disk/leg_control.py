@@ -28,7 +28,7 @@ from kernels.lossy_disk.follow import (
     tilt_of,
     turns_early,
 )
-from kernels.lossy_disk.losses import NOTHING_LOST, are_possible, scaled_losses, store_losses
+from kernels.lossy_disk.loss_coefficients import NOTHING_LOST, are_possible, scaled_losses, store_losses
 from kernels.lossy_disk.rk4 import changes, step
 from kernels.lossy_disk.simd_stages import (
     STEPS_OF_A_CALL,

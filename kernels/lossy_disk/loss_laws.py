@@ -1,6 +1,6 @@
 """The laws of friction and drag, each as a generalised force in the scaled form (`kernels.lossy_disk.equations`).
 
-Their coefficients are in `kernels.lossy_disk.losses`.
+Their coefficients are in `kernels.lossy_disk.loss_coefficients`.
 
 The torque of a dry law is its arm times the instantaneous normal force n = N/mg, which follows from the acceleration
 of the centre of mass: n = 1 - (w' S + w^2 C). Viscous friction and drag do not depend on it.

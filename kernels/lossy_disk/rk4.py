@@ -97,7 +97,7 @@ def changes(state, sense, inertia, losses):
     sense : tuple of 2 floats
         Signs of the roll rate and of the turning rate about the vertical; the second is 0 if friction holds that rate.
     inertia : Inertia
-    losses : kernels.lossy_disk.losses.Losses
+    losses : kernels.lossy_disk.loss_coefficients.Losses
 
     Returns
     -------

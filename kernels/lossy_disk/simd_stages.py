@@ -14,6 +14,7 @@ from kernels.lossy_disk import layout as at
 from kernels.lossy_disk.endings import NOT_COMPUTED
 from kernels.lossy_disk.equations import roll_rate, turning_rate
 from kernels.lossy_disk.lane_step import lane_step as sliding_step
+from kernels.lossy_disk.loss_coefficients import load_losses
 from kernels.lossy_disk.loss_laws import (
     AIR,
     DRY,
@@ -25,7 +26,6 @@ from kernels.lossy_disk.loss_laws import (
     VISCOUS,
     viscosity,
 )
-from kernels.lossy_disk.losses import load_losses
 from kernels.lossy_disk.rk4 import Inertia, changes, changes_near, entries, inertia
 from kernels.lossy_disk.step_size import (
     faster_by_rolling_friction,

@@ -26,7 +26,7 @@ from kernels.lossy_disk.follow import (
     tilt_of,
 )
 from kernels.lossy_disk.follow import begun as set_going
-from kernels.lossy_disk.losses import Losses, scaled_losses
+from kernels.lossy_disk.loss_coefficients import Losses, scaled_losses
 from kernels.lossy_disk.rk4 import Inertia, inertia
 from kernels.lossy_disk.step_size import RELATIVE_STEP
 from kernels.native.entry import entry
@@ -46,7 +46,7 @@ class Beginning(NamedTuple):
     state : tuple of 6 floats
         S, C, K, w, o, p.
     inertia : kernels.lossy_disk.rk4.Inertia
-    losses : kernels.lossy_disk.losses.Losses
+    losses : kernels.lossy_disk.loss_coefficients.Losses
     friction : float
         Coefficient of friction; infinite where the disk cannot slip.
     radius, unit : float

@@ -35,9 +35,7 @@ def test_a_title_is_drawn_as_it_stands(spec, tmp_path):
         drawn = plots.figure([sweep.run(spec.replace(title=title))])
         plots.save(drawn, tmp_path / "map.png")
         shown = drawn.axes[0].get_title(loc="left")
-        assert (
-            shown.rstrip("\u2026") == fitted(title.partition(":")[0], 9.0, 9.0)[: len(shown.rstrip("\u2026"))]
-        )
+        assert shown.rstrip("\u2026") == fitted(title, 9.0, 9.0)[: len(shown.rstrip("\u2026"))]
         assert 0 < len(shown) < 80
         # saving leaves sizes in the file's resolution
         drawn.draw_without_rendering()

@@ -75,6 +75,6 @@ def test_reach_is_the_larger_distance_from_the_undisturbed_motion():
 
 def test_a_model_has_to_say_what_is_disturbed():
     """Headline, undisturbed motion and perturbation have no default; a model needs all three."""
-    assert Model.__abstractmethods__ == {"headline", "undisturbed", "perturbation"}
+    assert Model.__abstractmethods__ == {"subject", "undisturbed", "perturbation"}
     with pytest.raises(TypeError):
         Model()

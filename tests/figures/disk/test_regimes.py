@@ -98,7 +98,10 @@ def test_the_figure(atlas, tmp_path):
     """Each panel names every regime or has a legend, and both lines; the file depends only on the atlas."""
     drawn = figure([atlas, sweep.run(RELEASED)])
     pushed, released = (axes for axes in drawn.axes if axes.get_title(loc="left"))
-    assert [axes.get_title(loc="left") for axes in (pushed, released)] == ["(a) Pushed", "(b) Released"]
+    assert [axes.get_title(loc="left") for axes in (pushed, released)] == [
+        "(a) Pushed: all regimes",
+        "(b) Released",
+    ]
     for axes, regions in ((pushed, {*NAMES, "falls"}), (released, {NAMES[0], NAMES[2], "falls"})):
         told = {text.get_text() for text in axes.texts}
         told |= {text.get_text().replace(", ", "\n") for text in axes.get_legend().get_texts()}

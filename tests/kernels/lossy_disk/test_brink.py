@@ -11,7 +11,7 @@ from messages import refused
 import sweep
 from kernels.lossy_disk.dry_friction import is_held
 from kernels.lossy_disk.endings import FLAT, HORIZON, LIFT_OFF, UNRESOLVED
-from kernels.lossy_disk.losses import Losses
+from kernels.lossy_disk.loss_coefficients import Losses
 from kernels.lossy_disk.rk4 import inertia
 from sweep.errors import NoMotionError
 

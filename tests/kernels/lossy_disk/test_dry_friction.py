@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from kernels.jit import kernel
 from kernels.lossy_disk import dry_friction, endings
-from kernels.lossy_disk.losses import Losses
+from kernels.lossy_disk.loss_coefficients import Losses
 from kernels.lossy_disk.rk4 import inertia
 
 

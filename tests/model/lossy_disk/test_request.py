@@ -26,7 +26,7 @@ def test_the_tables_are_the_rows_of_the_kernels():
     assert arrays.SETTINGS[: len(LOSSY_DISK.settings)] == tuple(LOSSY_DISK.settings)
     assert {*arrays.MEASURES, *arrays.COUNTS} <= set(LOSSY_DISK.variables)
     assert tuple(measure for _, measure in tables.LOSSES.values()) == arrays.LOSSES
-    assert [getattr(arrays, law) for law in ("NO_AIR", "MOFFATT", "BILDSTEN")] == [
+    assert [getattr(arrays, law) for law in ("NONE", "MOFFATT", "BILDSTEN")] == [
         tables.AIR_LAWS.index(law) for law in (tables.NO_AIR, tables.MOFFATT, tables.BILDSTEN)
     ]
 
