@@ -23,9 +23,9 @@ STAGE = "RATE INVERSE SLOWED RECIPROCAL ROLL ROOT"
 
 #: Rows that a step only reads: `kernels.lossy_disk.rk4.Inertia`.
 _INERTIA = "I_TILT I_ROLL I_SPIN I_INVERSE DRAG INVERSE_SPIN"
-#: `kernels.lossy_disk.loss_coefficients.Losses` and the friction coefficient; signs of the roll rate and of the turning rate
-#: about the vertical, scaled duration; half the relative step, half the longest step; sines of the tilts that break
-#: the criterion.
+#: `kernels.lossy_disk.loss_coefficients.Losses` and the friction coefficient; signs of the roll rate and of the turning
+#: rate about the vertical, scaled duration; half the relative step, half the longest step; sines of the tilts that
+#: break the criterion.
 READ = f"""
     {LOSSES} FRICTION
     ROLL_SENSE TURN_SENSE END
