@@ -231,7 +231,7 @@ def pull_and_terms(state, body):
 
 @simd
 def is_steady(state, body):
-    """Return whether a state is a steady motion, to rounding."""
+    """Return whether a state is a steady motion, to within rounding."""
     pull, terms = pull_and_terms(state, body)
     return (state[3] == 0.0) & (pull <= 8.0 * 2.0**-52 * terms)
 

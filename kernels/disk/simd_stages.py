@@ -83,7 +83,7 @@ def most_steps(S, w, run):
 
 @simd
 def is_steady(state, constants):
-    """Return whether a state is a steady motion, to rounding."""
+    """Return whether a state is a steady motion, to within rounding."""
     S, _, T, w, o, s = state
     acceleration = tilt_acceleration(state, constants)
     terms = constants[0] * (abs(S) + abs(o) * (constants[1] * abs(s) + constants[2] * abs(o * T)))

@@ -230,7 +230,7 @@ def _sections(content):
 
 
 def _functions_in(body):
-    """Return the number of each function by its name, from the symbol table in the section ``linking``.
+    """Return a mapping from the name of each function to its index, from the symbol table in the section ``linking``.
 
     According to the WebAssembly tool conventions (Linking.md), the kinds of symbols are function 0, data 1, global 2,
     section 3, event 4, table 5. The flag 0x10 marks a symbol as undefined, 0x40 as having a name nevertheless.

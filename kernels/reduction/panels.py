@@ -95,7 +95,7 @@ TABLE_TYPES = {
 
 
 def table_memory():
-    """Return the arrays of a `Table`, uninitialised: `clear_table` comes first."""
+    """Return the arrays of a `Table`, uninitialised: call `clear_table` before use."""
     return (
         np.empty((2, _OF_A_BODY)), np.empty(REACH + 1), np.empty((2, REACH), np.int64),
         np.empty((2, REACH, _ROWS, _COLUMNS)), np.empty((8, TERMS)),

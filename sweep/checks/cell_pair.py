@@ -123,7 +123,7 @@ class CellPair:
         return {"ending": endings, "stability": verdicts & (endings | close)}
 
     def _match_neighbors(self, block: CellBlock) -> Truths:
-        """Return which cells have a neighbor along any axis whose ending in the reference is their new ending."""
+        """Return which cells have a neighbour, along any axis, whose ending in the reference is their new ending."""
         found, shape = np.zeros(block.places.shape, bool), self.pair.reference["ending"].shape
         if self.pair.spec.is_list or not shape:
             # consecutive starts of a list are not neighbors

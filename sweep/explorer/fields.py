@@ -34,7 +34,7 @@ def _no_constant(text: str) -> NoReturn:
 
 
 def read_object(raw: object, where: str) -> Mapping[str, Any]:
-    """Return a value that must be a JSON object."""
+    """Return a value; refuse it if it is not a JSON object."""
     if isinstance(raw, dict):
         return raw
     refuse(where, "an object with named fields", raw)
@@ -58,7 +58,7 @@ def read_count(fields: Mapping[str, Any], name: str, most: int) -> int:
 
 
 def read_text(fields: Mapping[str, Any], name: str, default: str | None = None) -> str:
-    """Return a field that must be a text; the default if it is missing."""
+    """Return a field that must be text; the default if it is missing."""
     raw = fields.get(name, default)
     if isinstance(raw, str):
         return raw

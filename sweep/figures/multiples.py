@@ -233,7 +233,7 @@ def _sides(panels: Sequence[Panel]) -> str:
 
 
 def _plain(each: Panel, dataset: "xr.Dataset") -> Panel:
-    """Return a panel for one of several: with the formula of the line that all share, and without names of its ends."""
+    """Return a panel as one of several: with the formula of their shared line, and without names for its ends."""
     spec, control = spec_named(dataset), _control(dataset)
     line = "theory"
     if control is not None and each.y is not None:

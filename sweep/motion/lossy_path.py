@@ -95,7 +95,7 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
 def _with_errors(
     spec: MotionRequest, start: Array, rough: Sampled
 ) -> tuple[Sampled, dict[str, npt.NDArray[Any]]]:
-    """Return a motion at the same times with shorter steps, and its errors from two steps."""
+    """Return a motion at the same times with shorter steps, and its errors, estimated from two lengths of the step."""
     times = _later(rough.times, rough.ending)
 
     def again(refinement: int) -> Found | None:

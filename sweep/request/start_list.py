@@ -248,7 +248,7 @@ def _word_as_given(name: str, given: Mapping[str, Any], values: Mapping[str, Any
 
 
 def every_start(count: int) -> Range:
-    """Return the numbers of all starts of a list."""
+    """Return the indices of all starts in a list."""
     return Range(0.0, count - 1.0, count)
 
 

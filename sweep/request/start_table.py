@@ -70,7 +70,7 @@ class StartTable:
         return len(self.numbers)
 
     def __str__(self) -> str:
-        """Return the description of the table in messages."""
+        """Return the description of the table for use in messages."""
         return f"{counted(len(self), 'start')} of {', '.join(self.names)} (SHA-256 {self.sha256[:12]})"
 
     def values(self, name: str) -> Array:

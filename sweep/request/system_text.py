@@ -202,7 +202,7 @@ class _Parser(Tokens):
         return (self._difference(greater.part, less.part),)
 
     def _difference(self, greater: Part, less: Part) -> Part:
-        """Return an expression that is positive where one expression is greater than another one."""
+        """Return an expression that is positive where one expression is greater than another."""
         found = self._tree.summed("-", greater, less)
         if less.value == 0.0:
             return greater

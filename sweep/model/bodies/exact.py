@@ -70,5 +70,5 @@ class BodyReduction(ExactReduction):
         return {name: np.broadcast_to(values, starts["tilt"].shape) for name, values in fields.items()}
 
     def rows(self, spec: Request, starts: Starts) -> tuple[Array, int]:
-        """Return the rows of starts (`kernels.bodies.arrays.PARAMETERS`), and the number of their kind of body."""
+        """Return the rows of starts (`kernels.bodies.arrays.PARAMETERS`), and the index of their kind of body."""
         return np.stack([starts[name] for name in arrays.PARAMETERS]), shapes.NAMES.index(spec.body)

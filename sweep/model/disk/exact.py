@@ -212,7 +212,7 @@ class ExactReduction:
         return f"{counted(self._sample.followed, 'cell')}, drawn with seed {self._sample.seed}, by DOP853 in space"
 
     def rows(self, spec: Request, starts: Starts) -> tuple[Array, int]:
-        """Return the rows of starts (`kernels.bodies.arrays.PARAMETERS`), and the number of their kind of body."""
+        """Return the rows of starts (`kernels.bodies.arrays.PARAMETERS`), and the index of their kind of body."""
         return rows_of_disk(starts), shapes.TORUS
 
     def rigid_bodies(self, spec: Request, starts: Starts) -> dict[str, Array]:
