@@ -1,13 +1,34 @@
 """Models on a CUDA device, in Numba's simulator, compared with the CPU."""
 
+from types import SimpleNamespace
+
 import kernel_runner
 import numpy as np
 import pytest
 import referee
 
 from kernels.disk.endings import FELL, HORIZON, INVALID, STEADY, UNRESOLVED
+from kernels.lanes import cuda as device
 from sweep.engine.grid import whole
 from sweep.request.spec import SweepSpec
+
+
+def test_a_device_that_fails_is_told(monkeypatch):
+    """A missing device, a compiler that fails and a wrong number each have their reason."""
+
+    def fail(_):
+        raise AttributeError("module 'numpy' has no attribute 'row_stack'")
+
+    for available, jit, reason in [
+        (False, fail, "no device"),
+        (True, fail, "row_stack"),
+        (True, lambda _: {(1, 1): lambda numbers: None}, "wrong number"),
+        (True, lambda kernel: {(1, 1): kernel}, ""),
+    ]:
+        monkeypatch.setattr(device, "cuda", SimpleNamespace(is_available=lambda a=available: a, jit=jit))
+        assert reason in device.problem()
+        assert bool(device.problem()) == bool(reason)
+
 
 _SIMULATED = """
 import sys, numpy as np

@@ -1,5 +1,6 @@
 """Counts, moments, means and integrals compared with closed forms, a fine scan and quadrature; what is undecided."""
 
+import re
 from itertools import product
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 import sweep
+from sweep.checks.explain import explain
 from sweep.checks.verify import findings
 from sweep.model.quantity import STABLE, UNDECIDED, UNKNOWN_ERROR, UNSTABLE
 from sweep.model.system import sample
@@ -131,6 +133,8 @@ def test_a_motion_that_returns_to_the_limit_is_undecided():
     for name in ("turns", "began", "ended"):
         undecided = atlas[f"{name}_error"].values == UNKNOWN_ERROR
         assert list(undecided) == [False, False, True, False, False], name
+    assert re.search(r"turns_error +undecided", explain(atlas, {"angle": 1.0}).text)
+    assert re.search(r"turns_error +0 ", explain(atlas, {"angle": 0.8}).text)
     assert np.isfinite(atlas["began"].values[2:]).all()
     assert np.isnan(atlas["began"].values[:2]).all()
     assert list(atlas["turns"].values[:2]) == [0.0, 0.0]
