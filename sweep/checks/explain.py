@@ -3,18 +3,17 @@
 The cell is recomputed from the file only: the spec in the file gives the start, the step and the criterion.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.atlas.parts import nearest_cell
-from sweep.atlas.report_units import ReportedAs, reported_as
-from sweep.checks.explanation_text import write_explanation
+from sweep.atlas.report_units import reported_as
+from sweep.checks.explanation import Explanation, Repetition, RowBoundary
 from sweep.checks.tally import difference, other_bits
 from sweep.checks.variables import Stated, allowed_of_cells
 from sweep.engine.compute import arithmetic_hash, compute, reach_and_scale
@@ -26,77 +25,6 @@ from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-class Repetition(NamedTuple):
-    """A new run of the cell: the names of values that differ in any bit, and of those beyond their tolerance."""
-
-    #: Hash of the kernels that made the file, and whether they are those of this program.
-    kernel_hash: str
-    own: bool
-    differing: Sequence[str]
-    beyond: Sequence[str]
-
-
-class RowBoundary(NamedTuple):
-    """A boundary in the row of the cell along an axis: measured, and as theory has it, in SI; NaN if there is none."""
-
-    axis: str
-    edge: str
-    #: The axes across the row, and the status of the row.
-    others: Sequence[str]
-    status: int
-    measured: float
-    halfwidth: float
-    predicted: float
-    critical: float
-
-
-@dataclass(frozen=True)
-class Explanation:
-    """The explanation of a cell.
-
-    `place` has the number of the cell along each axis, and `asked` the values that were asked for. `start` has every
-    parameter. `stored` has every measure, NaN if the cell or the atlas lacks it. `exact` has the measures that the
-    exact reference knows [SI]; it is empty if the model has no reference. `in_time` has values that follow from the
-    motion followed in time, with their errors, and `contradicted` the stored ones among them that are wrong.
-    `repetition` is None for a cell that was not computed. `linear` has sentences of theory, and `reason` the reason for
-    the verdict.
-    """
-
-    spec: SweepSpec
-    place: Mapping[str, int]
-    asked: Mapping[str, object]
-    reported: Mapping[str, ReportedAs]
-    start: Mapping[str, float]
-    stored: Mapping[str, float]
-    exact: Mapping[str, float]
-    in_time: Mapping[str, tuple[float, float]]
-    contradicted: Sequence[str]
-    repetition: Repetition | None
-    boundaries: Sequence[RowBoundary]
-    linear: Sequence[str]
-    reason: str
-
-    @property
-    def repeated(self) -> bool:
-        """Whether a new run of the cell agrees within the tolerances; true for a cell that was not computed."""
-        return self.repetition is None or not self.repetition.beyond
-
-    @property
-    def exactly(self) -> bool:
-        """Whether a new run of the cell agrees bit for bit; true for a cell that was not computed."""
-        return self.repetition is None or not self.repetition.differing
-
-    @property
-    def confirmed(self) -> bool:
-        """Whether no stored value contradicts the motion followed in time."""
-        return not self.contradicted
-
-    @property
-    def text(self) -> str:
-        """The report."""
-        return write_explanation(self)
 
 
 def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:

@@ -1,27 +1,98 @@
-"""The words of an explanation of a cell."""
+"""The explanation of a cell of an atlas: a record, and its words."""
 
 import re
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from sweep.atlas import row_edges
+from sweep.atlas.report_units import ReportedAs
 from sweep.model.quantity import ERROR_GAUGE, UNKNOWN_ERROR, Quantity, spell_size, with_unit
-
-if TYPE_CHECKING:
-    from sweep.checks.explain import Explanation
+from sweep.request.spec import SweepSpec
 
 _WIDTH = 118
 
 
-def write_explanation(found: "Explanation") -> str:
+class Repetition(NamedTuple):
+    """A new run of the cell: the names of values that differ in any bit, and of those beyond their tolerance."""
+
+    #: Hash of the kernels that made the file, and whether they are those of this program.
+    kernel_hash: str
+    own: bool
+    differing: Sequence[str]
+    beyond: Sequence[str]
+
+
+class RowBoundary(NamedTuple):
+    """A boundary in the row of the cell along an axis: measured, and as theory has it, in SI; NaN if there is none."""
+
+    axis: str
+    edge: str
+    #: The axes across the row, and the status of the row.
+    others: Sequence[str]
+    status: int
+    measured: float
+    halfwidth: float
+    predicted: float
+    critical: float
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """The explanation of a cell.
+
+    `place` has the number of the cell along each axis, and `asked` the values that were asked for. `start` has every
+    parameter. `stored` has every measure, NaN if the cell or the atlas lacks it. `exact` has the measures that the
+    exact reference knows [SI]; it is empty if the model has no reference. `in_time` has values that follow from the
+    motion followed in time, with their errors, and `contradicted` the stored ones among them that are wrong.
+    `repetition` is None for a cell that was not computed. `linear` has sentences of theory, and `reason` the reason for
+    the verdict.
+    """
+
+    spec: SweepSpec
+    place: Mapping[str, int]
+    asked: Mapping[str, object]
+    reported: Mapping[str, ReportedAs]
+    start: Mapping[str, float]
+    stored: Mapping[str, float]
+    exact: Mapping[str, float]
+    in_time: Mapping[str, tuple[float, float]]
+    contradicted: Sequence[str]
+    repetition: Repetition | None
+    boundaries: Sequence[RowBoundary]
+    linear: Sequence[str]
+    reason: str
+
+    @property
+    def repeated(self) -> bool:
+        """Whether a new run of the cell agrees within the tolerances; true for a cell that was not computed."""
+        return self.repetition is None or not self.repetition.beyond
+
+    @property
+    def exactly(self) -> bool:
+        """Whether a new run of the cell agrees bit for bit; true for a cell that was not computed."""
+        return self.repetition is None or not self.repetition.differing
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether no stored value contradicts the motion followed in time."""
+        return not self.contradicted
+
+    @property
+    def text(self) -> str:
+        """The report."""
+        return write_explanation(self)
+
+
+def write_explanation(found: Explanation) -> str:
     """Return the report about a cell of an atlas."""
     return _write_sections(found, _write_place(found), [f"repeated    {_write_repetition(found)}"])
 
 
-def write_computed_cell(found: "Explanation", at: Mapping[str, float]) -> str:
+def write_computed_cell(found: Explanation, at: Mapping[str, float]) -> str:
     """Return the report about a cell that was computed for it, without its place in an atlas and its repetition.
 
     Parameters
@@ -35,7 +106,7 @@ def write_computed_cell(found: "Explanation", at: Mapping[str, float]) -> str:
     return _write_sections(found, where, [])
 
 
-def _write_sections(found: "Explanation", where: str, repetition: Sequence[str]) -> str:
+def _write_sections(found: Explanation, where: str, repetition: Sequence[str]) -> str:
     verdict = found.spec.model.cell_variables(found.spec)["stability"].flag(found.stored["stability"])
     sections: tuple[Sequence[str], ...] = (
         [f"cell        {where}", *_start_lines(found)],
@@ -58,7 +129,7 @@ def _fold(line: str) -> str:
     return textwrap.fill(joined, _WIDTH, subsequent_indent=" " * 12).replace("\xa0", " ")
 
 
-def _write_place(found: "Explanation") -> str:
+def _write_place(found: Explanation) -> str:
     spec, at = found.spec, []
     for name, i in found.place.items():
         axis, shown = getattr(spec, name).array(), found.reported[name]
@@ -70,7 +141,7 @@ def _write_place(found: "Explanation") -> str:
     return (", ".join(at) or "the only one") + (f"; nearest to {asked}" if asked else "")
 
 
-def _start_lines(found: "Explanation") -> Iterator[str]:
+def _start_lines(found: Explanation) -> Iterator[str]:
     spec, start = found.spec, found.start
     fixed = [f"body {spec.body}"] if "body" in spec.model.options else []
     for name in [each for each in start if each not in spec.axes]:
@@ -84,7 +155,7 @@ def _start_lines(found: "Explanation") -> Iterator[str]:
         yield f"reference   {spec.model.disturbed_motion(spec, start)}"
 
 
-def _stored_lines(found: "Explanation") -> Iterator[str]:
+def _stored_lines(found: Explanation) -> Iterator[str]:
     variables, stored = found.spec.model.cell_variables(found.spec), found.stored
     yield f"ending      {variables['ending'].flag(stored['ending'])}"
     for name, quantity in variables.items():
@@ -98,7 +169,7 @@ def _stored_lines(found: "Explanation") -> Iterator[str]:
         yield f"  {name:<17} {says:<22} {quantity.long_name}"
 
 
-def _write_repetition(found: "Explanation") -> str:
+def _write_repetition(found: Explanation) -> str:
     again = found.repetition
     if again is None:
         return "not repeated: the cell has not been computed"
@@ -114,7 +185,7 @@ def _write_repetition(found: "Explanation") -> str:
     return f"from the file only, with {kernels}: {outcome}"
 
 
-def _exact_lines(found: "Explanation") -> Iterator[str]:
+def _exact_lines(found: Explanation) -> Iterator[str]:
     model, exact = found.spec.model, found.exact
     if model.exact is None:
         return
@@ -124,7 +195,7 @@ def _exact_lines(found: "Explanation") -> Iterator[str]:
             yield f"  {name:<17} {_beside(model.variables[name], exact[name], found.stored[name], 22)}"
 
 
-def _time_lines(found: "Explanation") -> Iterator[str]:
+def _time_lines(found: Explanation) -> Iterator[str]:
     if not found.in_time:
         return
     says = _beyond(found.contradicted) if found.contradicted else "no stored value contradicts it"
@@ -146,7 +217,7 @@ def _beyond(names: Sequence[str]) -> str:
     return f"{', '.join(names)} DIFFER beyond the tolerance"
 
 
-def _boundary_lines(found: "Explanation") -> Iterator[str]:
+def _boundary_lines(found: Explanation) -> Iterator[str]:
     """Yield the lines on the boundaries of the cell's row."""
     for row in found.boundaries:
         shown, name = found.reported[row.axis], found.reported[row.axis].quantity.name

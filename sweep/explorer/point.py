@@ -145,7 +145,7 @@ def explanation(view: View, stored: Stored | None, fields: Mapping[str, Any]) ->
     """
     from sweep.atlas.dataset import assemble
     from sweep.checks.explain import explain
-    from sweep.checks.explanation_text import write_computed_cell
+    from sweep.checks.explanation import write_computed_cell
 
     x, y = place(fields)
     at = {view.x.name: float(x[0]), view.y.name: float(y[0])}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from sweep.checks.explain import Explanation
+from sweep.checks.explanation import Explanation
 from sweep.errors import plain_text
 from sweep.figures.panels_in_time import (
     MOTION,

@@ -12,7 +12,7 @@ from messages import assert_facts, assert_in_order, refused, row
 
 import sweep
 from sweep.checks.explain import explain
-from sweep.checks.explanation_text import _fold
+from sweep.checks.explanation import _fold
 from sweep.figures.disk import cell_plot
 from sweep.model.disk import theory
 

@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from sweep.checks.explain import Explanation, departure
+from sweep.checks.explain import departure
+from sweep.checks.explanation import Explanation
 from sweep.errors import RequestError
 from sweep.figures.disk.captions import caption_of_start, length_unit
 from sweep.figures.disk.motion_plots import STAYS

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from sweep.checks.explain import Explanation
+from sweep.checks.explanation import Explanation
 from sweep.errors import RequestError
 from sweep.figures.disk.captions import spell_length
 from sweep.figures.disk.losses_map import COLOURS
